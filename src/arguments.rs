@@ -48,7 +48,8 @@ where
 #[command(next_help_heading = "Layout")]
 pub struct LayoutArgs {
     /// Handle length at an edge's origin instead of the file's setting
-    #[arg(long, value_parser = one_of::<Handles>(Handles::ALL.iter().map(|handles| handles.name())))]
+    #[arg(long)]
+    #[arg(value_parser = one_of::<Handles>(Handles::ALL.iter().map(|handles| handles.name())))]
     pub handles: Option<Handles>,
     /// Format of the layout; detected by its content if not given
     #[arg(long, value_parser = one_of::<Format>(Format::ALL.iter().map(|format| format.name())))]
@@ -63,7 +64,8 @@ pub struct LayoutArgs {
     #[arg(long = "layer", value_name = "NAME")]
     pub layers: Vec<String>,
     /// Unit of a drawing instead of its own
-    #[arg(long, value_parser = one_of::<LengthUnit>(LengthUnit::ALL.iter().map(|unit| unit.name())))]
+    #[arg(long)]
+    #[arg(value_parser = one_of::<LengthUnit>(LengthUnit::ALL.iter().map(|unit| unit.name())))]
     pub units: Option<LengthUnit>,
     /// Length in metres of the side of a grid map's cells; 1 if not given
     #[arg(long, value_name = "METRES")]

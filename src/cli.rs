@@ -199,7 +199,7 @@ pub fn start_logging(verbose: u8) {
 /// Prints the requested help or version, or the error of the arguments in one line.
 pub fn print_usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        // Printing fails if the reader of a pipe is gone, which is no error here.
+        // Printing fails if the reader of a pipe is gone, which isn't an error here.
         let _ = error.print();
         return ExitCode::SUCCESS;
     }

@@ -111,10 +111,10 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     let demo = if args.managed_demo { Demo::Managed } else { Demo::Unmanaged };
     let scenario = scenario::load(args.scenario.as_deref(), demo, &args.options.overrides())?;
     // The engine of `regatta run` prints this, too.
-    if scenario.is_made_up {
+    if scenario.is_default {
         eprintln!(
-            "this is a layout without a scenario: robots on random routes are made up; \
-             `regatta new` writes them to a file"
+            "this is a layout without a scenario: a scenario with robots on random routes is used; \
+             `regatta new` writes it to a file"
         );
     }
     for warning in &scenario.warnings {

@@ -1,4 +1,4 @@
-//! Experiments: an engine process with a reader attached, and the report on what was measured.
+//! Experiments: an engine process with an attached reader, and the report of the measurements.
 
 pub mod plot;
 pub mod report;

@@ -175,7 +175,7 @@ pub fn stop(target: &Target) -> Result<(), Failure> {
 fn is_same_program(occupant: &Occupant) -> bool {
     let program = std::fs::read_link(format!("/proc/{}/exe", occupant.pid));
     program.is_ok_and(|path| {
-        // The kernel appends ` (deleted)` when the program was built anew meanwhile.
+        // The kernel appends ` (deleted)` if the program was rebuilt meanwhile.
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.trim_end_matches(" (deleted)") == occupant.executable
     })

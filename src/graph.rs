@@ -218,8 +218,9 @@ fn has_ending(path: &Path, ending: &str) -> bool {
 /// Compares two layouts, each read with the options that its format has.
 fn diff(first: &Path, second: &Path, layout: &LayoutArgs) -> Result<ExitCode, Failure> {
     let _progress = Progress::start("comparing", 0);
-    let read = |path: &Path| Ok::<_, Failure>(regatta_layout::read(path, &layout.options())?.0);
-    let differences = regatta_layout::check::diff::diff(&read(first)?, &read(second)?);
+    let (first, _) = regatta_layout::read(first, &layout.options())?;
+    let (second, _) = regatta_layout::read(second, &layout.options())?;
+    let differences = regatta_layout::check::diff::diff(&first, &second);
     for difference in &differences {
         println!("{difference}");
     }

@@ -142,7 +142,8 @@ impl LockstepRun {
                 .into();
         }
         let log = self.log(name);
-        let line = log.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
+        let line =
+            log.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it printed nothing");
         // The files of a run that is over are gone.
         let line =
             line.trim_start_matches("regatta: ").replace(&format!("{}/", folder.display()), "");
@@ -188,7 +189,7 @@ mod tests {
         let run = LockstepRun::new("test", Program::this().expect("a path")).expect("a run");
         assert_eq!(
             run.failure("engine failed", ENGINE).to_string(),
-            "engine failed: it said nothing"
+            "engine failed: it printed nothing"
         );
         let path = run.folder().join("scenario.yaml");
         let log = format!("a warning\nregatta: {}: no robots\n\n", path.display());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use regatta_layout::RouteGraph;
-use regatta_scenario::made_up_scenario;
+use regatta_scenario::default_scenario;
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
@@ -45,7 +45,7 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
         .into_owned();
     let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(stem(&name)));
     let files = [
-        ("scenario.yaml", made_up_scenario(&graph, &name, &options).into_bytes()),
+        ("scenario.yaml", default_scenario(&graph, &name, &options).into_bytes()),
         ("README.md", readme(&name, &layout, &graph).into_bytes()),
     ];
     let with_companions =
@@ -102,8 +102,7 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
          ```console\n\
          $ regatta run scenario.yaml                # robots on random routes, with the collision \
          checker\n\
-         $ regatta graph check {plant}     # what of the layout wasn't understood, and what can't \
-         be driven\n\
+         $ regatta graph check {plant}     # the parts of the layout that can't be read or driven\n\
          $ regatta graph draw {plant} -o map.svg\n\
          ```\n\n\
          `scenario.yaml` has the robot types (size, speed, acceleration, rotation) and the number \
@@ -115,8 +114,7 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
 
 /// Returns a word for a shell.
 fn quoted(word: &str) -> String {
-    let is_plain = |letter: char| letter.is_alphanumeric() || "-_=./:,+".contains(letter);
-    if word.chars().all(is_plain) {
+    if word.chars().all(|letter| letter.is_alphanumeric() || "-_=./:,+".contains(letter)) {
         word.to_owned()
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))

@@ -1,6 +1,7 @@
 //! `regatta plugin NAME`: the built-in plugins.
 
-use clap::{Args, Command, CommandFactory};
+use clap::{Args, Command, CommandFactory, Parser};
+use regatta_plugin::Plugin;
 use regatta_scenario::closest;
 
 use crate::failure::{Failure, plugin_failure};
@@ -12,6 +13,8 @@ struct BuiltIn {
     about: &'static str,
     /// Runs the plugin with its arguments, the first of which is its name.
     run: fn(Vec<String>) -> regatta_plugin::Result,
+    /// Makes the plugin for a run in one process; `None` if it waits for others there.
+    make: Option<fn(Vec<String>) -> regatta_plugin::Result<Box<dyn Plugin>>>,
     /// Adds the plugin's options, for completions and man pages.
     add_options: fn(Command) -> Command,
 }
@@ -22,60 +25,80 @@ const PLUGINS: &[BuiltIn] = &[
         name: "collision",
         about: "Find robots that collide, now or soon",
         run: |args| regatta_collision::run_from(args),
+        make: Some(|args| {
+            let cli = regatta_collision::Cli::try_parse_from(args)?;
+            Ok(Box::new(regatta_collision::plugin(&cli)?))
+        }),
         add_options: |_| regatta_collision::Cli::command(),
     },
     BuiltIn {
         name: "fleet-manager",
         about: "Carry out transport orders, with robots that never touch each other",
         run: |args| regatta_fleet_manager::run_from(args),
+        make: Some(|args| {
+            let cli = regatta_fleet_manager::Cli::try_parse_from(args)?;
+            Ok(Box::new(regatta_fleet_manager::plugin(cli)?))
+        }),
         add_options: |_| regatta_fleet_manager::Cli::command(),
     },
     BuiltIn {
         name: "hello",
         about: "Print the fleet's centre: the smallest plugin, to copy",
         run: run_hello,
+        make: Some(|_| Ok(Box::new(regatta_hello::Centre))),
         add_options: regatta_plugin::Options::augment_args,
     },
     BuiltIn {
         name: "meter",
         about: "Measure the throughput of the fleet: orders and their times",
         run: |args| regatta_meter::run_from(args),
+        make: None,
         add_options: |_| regatta_meter::Cli::command(),
     },
     BuiltIn {
         name: "metrics",
         about: "Export metrics to Prometheus, and write them as CSV",
         run: |args| regatta_metrics::run_from(args, version::commit()),
+        make: None,
         add_options: |_| regatta_metrics::exporter::Cli::command(),
     },
     BuiltIn {
         name: "record",
         about: "Record the fleet to an MCAP file",
         run: regatta_record::record_from,
+        make: Some(|args| Ok(Box::new(regatta_record::plugin(args)?))),
         add_options: regatta_record::RecordArgs::augment_args,
     },
     BuiltIn {
         name: "traffic",
         about: "Publish figures of each edge: throughput, speed, waiting",
         run: |args| regatta_traffic::run_from(args),
+        make: Some(|args| {
+            Ok(Box::new(regatta_traffic::plugin(regatta_traffic::Cli::try_parse_from(args)?)))
+        }),
         add_options: |_| regatta_traffic::Cli::command(),
     },
     BuiltIn {
         name: "udp",
         about: "Send poses over UDP, as lines of text",
         run: |args| regatta_udp::run(args),
+        make: None,
         add_options: |command| command,
     },
     BuiltIn {
         name: "udp-source",
         about: "Publish poses that are received over UDP as a fleet",
         run: |args| regatta_udp::source::run(args),
+        make: None,
         add_options: |command| command,
     },
     BuiltIn {
         name: "validator",
         about: "Validate the fleet: contacts, motion, orders",
         run: |args| regatta_validator::run_from(args),
+        make: Some(|args| {
+            Ok(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(args)?)))
+        }),
         add_options: |_| regatta_validator::Cli::command(),
     },
 ];
@@ -98,6 +121,23 @@ pub struct PluginArgs {
 /// Whether a built-in plugin has this name.
 pub fn is_built_in(name: &str) -> bool {
     PLUGINS.iter().any(|plugin| plugin.name == name)
+}
+
+/// Makes a built-in plugin for a run in one process.
+///
+/// # Errors
+/// If no built-in plugin has this name, if it can't run there, or if an argument is invalid.
+pub fn make(name: &str, args: &[String]) -> Result<Box<dyn Plugin>, Failure> {
+    let plugin = PLUGINS.iter().find(|plugin| plugin.name == name).ok_or_else(|| unknown(name))?;
+    let Some(make) = plugin.make else {
+        return Err(format!(
+            "plugin '{name}' serves other processes, and has no place in a run in one process; \
+             leave it out, or run without --in-process"
+        )
+        .into());
+    };
+    make(std::iter::once(name.to_owned()).chain(args.iter().cloned()).collect())
+        .map_err(|error| format!("plugin '{name}': {error}").into())
 }
 
 /// Returns the error message for a name that no built-in plugin has.

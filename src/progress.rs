@@ -44,7 +44,7 @@ impl Progress {
         let shown = Arc::clone(&state);
         let thread =
             std::thread::Builder::new().name("progress".into()).spawn(move || show(&shown, &ended));
-        // Without a thread there is no progress to see, which is no reason to fail.
+        // Without a thread, no progress is shown, which isn't a reason to fail.
         Self { state, end: Some(end), thread: thread.ok() }
     }
 

@@ -1,4 +1,6 @@
-//! `regatta run`: runs a scenario as a set of child processes.
+//! `regatta run`: runs a scenario as a set of child processes, or in this one.
+
+mod in_process;
 
 use std::fs::File;
 use std::io::{self, Seek, Write};
@@ -51,6 +53,15 @@ pub struct RunArgs {
     /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
     time_limit: Option<Time>,
+    /// Stop after this simulated time.
+    #[arg(long, value_name = "TIME")]
+    simulated: Option<Time>,
+    /// Run engine and plugins in this process, as fast as possible, and print a table of results.
+    #[arg(long, requires = "simulated", conflicts_with = "time_limit")]
+    in_process: bool,
+    /// Publish a run in one process to shared memory, for a viewer or others that watch.
+    #[arg(long, requires = "in_process")]
+    publish: bool,
     /// Print JSON: a line about the fleet, then its status once per second.
     #[arg(long)]
     json: bool,
@@ -60,6 +71,9 @@ pub struct RunArgs {
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let (scenario, input) = read_scenario(&args)?;
+    if args.in_process {
+        return in_process::run(scenario, input.as_ref(), &args, &termination);
+    }
     if scenario.viewer == Viewer::On && !HAS_VIEWER {
         return Err("the scenario requires a viewer, and this program was built without the \
                     feature 'viewer'"
@@ -75,6 +89,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let has_load = scenario.source.has(LOAD);
     let load = if has_load { Some(LoadFile::new(&args, input.as_ref())?) } else { None };
     let mut engine = engine_command(&args)?;
+    engine.args(args.ticks(&scenario).map(|ticks| format!("--ticks={ticks}")));
     if let Some(input) = input {
         engine.stdin(input);
     }
@@ -159,6 +174,13 @@ impl<'a> LoadFile<'a> {
 impl RunArgs {
     fn demo(&self) -> Demo {
         if self.unmanaged { Demo::Unmanaged } else { Demo::Managed }
+    }
+
+    /// The number of ticks after which the run ends, if its simulated time is limited.
+    fn ticks(&self, scenario: &Scenario) -> Option<u64> {
+        let period_nanos = scenario.tick_period.as_nanos().max(1);
+        let ticks = self.simulated?.0.as_nanos().div_ceil(period_nanos);
+        Some(u64::try_from(ticks).unwrap_or(u64::MAX))
     }
 }
 

@@ -2,7 +2,7 @@
 //! a cluster, and writes a page with the answer.
 
 mod export;
-mod observers;
+pub mod observers;
 mod output;
 mod request;
 mod single_run;
@@ -71,6 +71,9 @@ pub struct StudyArgs {
     /// Runs side by side on this machine [default: the number of cores]
     #[arg(short, long, value_name = "N", conflicts_with = "on")]
     jobs: Option<std::num::NonZeroUsize>,
+    /// Run engine, manager and observers of each run as processes of their own, not in one
+    #[arg(long, conflicts_with_all = ["on", "export_jobs"])]
+    processes: bool,
     /// Cluster that executes the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
     #[arg(long, value_name = "ADDRESS", value_parser = parse_address)]
     on: Option<String>,
@@ -154,10 +157,9 @@ fn conduct(
 fn workers(args: &StudyArgs, watcher: &Terminal) -> Result<Box<dyn Workers>, Failure> {
     let Some(address) = &args.on else {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        return Ok(Box::new(Local::new(
-            std::env::current_exe()?,
-            args.jobs.map_or(cores, std::num::NonZeroUsize::get),
-        )));
+        let size = args.jobs.map_or(cores, std::num::NonZeroUsize::get);
+        let options = args.processes.then(|| "--processes".to_owned()).into_iter().collect();
+        return Ok(Box::new(Local::new(std::env::current_exe()?, options, size)));
     };
     let python = std::env::var_os("REGATTA_PYTHON").unwrap_or_else(|| "python3".into());
     let mut command = Command::new(python);

@@ -17,7 +17,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let Some(file) = &options.recording else {
         return regatta_viewer::run(options).map_err(plugin_failure);
     };
-    // Fails before a window opens if the file is no recording.
+    // Fails before a window opens if the file isn't a recording.
     let recording = Recording::open_frames(file)?;
     check_times(&recording, options)?;
     let fleet: FleetName = format!("recording-{}", std::process::id()).parse()?;

@@ -2,6 +2,7 @@
 //! `regatta`. Every command writes Markdown and JSON; `management` also draws an SVG plot.
 
 mod management;
+mod runs;
 mod study;
 mod udp;
 
@@ -29,6 +30,8 @@ struct Cli {
 enum Command {
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),
+    /// Measure single runs of studies: in one process, and as processes.
+    Runs(runs::RunsArgs),
     /// Measure studies: a hundred runs, the knee of a warehouse, and whether they repeat.
     Study(study::StudyArgs),
     /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
@@ -47,7 +50,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
         Err(help) => {
-            // Printing fails if the reader of a pipe is gone, which is no error here.
+            // Printing fails if the reader of a pipe is gone, which isn't an error here.
             let _ = help.print();
             return ExitCode::SUCCESS;
         }
@@ -70,6 +73,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     };
     match &cli.command {
         Command::Management(args) => management::run(&program, args),
+        Command::Runs(args) => runs::run(&program, args),
         Command::Study(args) => study::run(&program, args),
         Command::Udp(args) => udp::run(&program, args),
     }

@@ -1,5 +1,5 @@
-//! `regatta-bench management`: what the fleet manager carries, with what effort, and whether
-//! robots ever touch. Engine, manager and validator run in lockstep as processes of their own.
+//! `regatta-bench management`: the throughput and the effort of the fleet manager, and contacts of
+//! robots. Engine, manager and validator run in lockstep as separate processes.
 
 mod measurement;
 mod parts;

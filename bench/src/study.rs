@@ -1,5 +1,5 @@
-//! `regatta-bench study`: how fast studies are, what they cost beyond their runs, and whether they
-//! repeat.
+//! `regatta-bench study`: the speed of studies, their cost beyond the runs, and their
+//! repeatability.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -67,8 +67,9 @@ pub fn run(program: &Program, args: &StudyArgs) -> Result<ExitCode, Failure> {
     let hundred_secs = HUNDRED_SECS * f64::from(count) / 100.0;
     let overhead = (hundred.secs * cores as f64 / hundred.run_secs - 1.0).max(0.0);
     let at_knee = &knee.answer["variants"][0]["knee"];
-    let orders = |key: &str| at_knee["orders_per_hour"][key].as_f64().unwrap_or(f64::NAN);
-    let interval = orders("half_width") / orders("mean");
+    let [half_width, mean] = ["half_width", "mean"]
+        .map(|key| at_knee["orders_per_hour"][key].as_f64().unwrap_or(f64::NAN));
+    let interval = half_width / mean;
     let repeats = twice[0].bytes == twice[1].bytes;
     let (line, machine) = environment(program);
     let knee_robots = at_knee["robots"].as_u64().unwrap_or(0);

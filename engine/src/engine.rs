@@ -12,9 +12,7 @@ use std::sync::Arc;
 
 use regatta_plugin::command::{CommandHeader, CommandRecord};
 use regatta_plugin::producer::Session;
-use regatta_plugin::{
-    FrameLoan, LocalFleet, Participant, ProducerPorts, RouteServer, services,
-};
+use regatta_plugin::{FrameLoan, LocalFleet, Participant, ProducerPorts, RouteServer, services};
 
 use crate::arc_length;
 use crate::digest::Digest;
@@ -34,7 +32,7 @@ pub struct Engine {
     simulation: Simulation,
 }
 
-/// The engine as a producer: what it publishes is computed here.
+/// The engine as a producer. This type computes everything that the engine publishes.
 struct Simulation {
     scenario: Scenario,
     fleet: Fleet,
@@ -169,8 +167,7 @@ fn open(
     };
     let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
     fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
-    let disturbances =
-        Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
+    let disturbances = Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
     let routes = RouteServer::open_on(ports.participant())?;
     let mut simulation = Simulation {
         events: EventBuffer::new(MAX_EVENTS),
@@ -295,7 +292,7 @@ impl Simulation {
         if self.has_frame(session.tick()) { self.loan(session) } else { Ok(None) }
     }
 
-    /// Loans a frame. A digest is of all frames: then, full memory is an error.
+    /// Loans a frame. With a digest, full memory is an error, because a digest needs all frames.
     fn loan(&self, session: &mut Session) -> Result<Option<FrameLoan>, EngineError> {
         let robots = self.fleet.robots();
         Ok(match self.digest {

@@ -74,7 +74,7 @@ pub enum FleetError {
     TooManyPieces {
         /// Number of pieces, or fewer.
         pieces: usize,
-        /// The most pieces that a fleet can index.
+        /// The maximum number of pieces that a fleet can index.
         max: usize,
     },
     /// The route graph needs more memory than this machine has left.
@@ -117,7 +117,7 @@ pub struct FleetConfig {
     pub isa: Isa,
     /// Number of threads that share a step; ≥ 1. Any number gives the same bits.
     pub threads: usize,
-    /// The most rows. A spawn beyond is refused with
+    /// The maximum number of rows. A spawn beyond is refused with
     /// [`Refusal::FleetFull`](regatta_plugin::event::Refusal::FleetFull).
     pub most_robots: u32,
 }

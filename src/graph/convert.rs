@@ -32,7 +32,7 @@ pub fn run(
 
 fn print_losses(format: Format, losses: &[impl Display]) {
     for loss in losses {
-        eprintln!("regatta: {format} can't say everything: {loss}");
+        eprintln!("regatta: {format} can't express everything: {loss}");
     }
 }
 
@@ -51,7 +51,7 @@ pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Fa
         eprintln!("regatta: {fix}");
     }
     if fixes.is_empty() {
-        eprintln!("regatta: {}: nothing to mend", file.name());
+        eprintln!("regatta: {}: nothing to fix", file.name());
     }
     // The copy lacks everything that the reader didn't understand.
     for finding in findings.as_slice() {

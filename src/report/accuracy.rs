@@ -52,13 +52,6 @@ fn drive(program: &Program) -> Result<Drive, Failure> {
     let mut experiment =
         Experiment::start(program, "accuracy", &scenario, &["--speed".into(), "20".into()])?;
     let plotted = END_POSES.iter().position(|row| row.route == PLOTTED_ROUTE).unwrap_or(0);
-    let pose = |frame: &regatta_plugin::Frame<'_>, robot: usize| {
-        [
-            f64::from(frame.x()[robot]),
-            f64::from(frame.y()[robot]),
-            f64::from(frame.theta()[robot]).to_degrees(),
-        ]
-    };
     let mut drive = Drive { end_poses: Vec::new(), path: Vec::new() };
     experiment.watch(Duration::from_secs(120), |frame| {
         drive.path.push(pose(frame, plotted));
@@ -70,6 +63,15 @@ fn drive(program: &Program) -> Result<Drive, Failure> {
     })?;
     experiment.finish()?;
     Ok(drive)
+}
+
+/// Returns the pose of a robot in metres and degrees.
+fn pose(frame: &regatta_plugin::Frame<'_>, robot: usize) -> Pose {
+    [
+        f64::from(frame.x()[robot]),
+        f64::from(frame.y()[robot]),
+        f64::from(frame.theta()[robot]).to_degrees(),
+    ]
 }
 
 /// Draws a driven path and the heading along it, as the dissertation's figures of edge 34 do.
@@ -126,8 +128,7 @@ fn pose_text(pose: &Pose) -> String {
 }
 
 fn rates_text(rates: [Option<f64>; 3]) -> String {
-    let text = |rate: Option<f64>| rate.map_or("–".into(), |rate| format!("{rate:.3}"));
-    rates.map(text).join(" / ")
+    rates.map(|rate| rate.map_or("–".into(), |rate| format!("{rate:.3}"))).join(" / ")
 }
 
 fn markdown(drive: &Drive, environment: &str) -> String {

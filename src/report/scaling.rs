@@ -264,32 +264,33 @@ fn plot(times: &[Vec<RouteTime>], costs: &[Cost]) -> Result<String, Failure> {
 fn duration_series(times: &[Vec<RouteTime>]) -> Vec<Series> {
     let mut durations = Vec::new();
     for (row, times) in DURATIONS.iter().zip(times) {
-        let over_one = |secs: &[f64]| {
-            FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect()
-        };
         let ours: Vec<_> = times.iter().map(|time| time.wall_secs).collect();
         durations.push(Series {
             name: format!("{:?}, dissertation", row.route),
-            points: over_one(&row.secs),
+            points: relative_durations(&row.secs),
         });
-        durations
-            .push(Series { name: format!("{:?}, Regatta", row.route), points: over_one(&ours) });
+        durations.push(Series {
+            name: format!("{:?}, Regatta", row.route),
+            points: relative_durations(&ours),
+        });
     }
     durations
 }
 
+/// Returns the durations of fleets of [`FLEET_SIZES`] relative to that of one robot.
+fn relative_durations(secs: &[f64]) -> Vec<(f64, f64)> {
+    FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect()
+}
+
 fn cost_series(costs: &[Cost]) -> Vec<Series> {
-    let point = |cost: &Cost, milliseconds: f64| (f64::from(cost.robots), milliseconds);
-    let usual_rates: Vec<_> = costs.iter().filter(|cost| cost.rate_hz <= 100).collect();
+    let (mut median, mut p99) = (Vec::new(), Vec::new());
+    for cost in costs.iter().filter(|cost| cost.rate_hz <= 100) {
+        median.push((f64::from(cost.robots), cost.tick_cost_p50_ms));
+        p99.push((f64::from(cost.robots), cost.tick_cost_p99_ms));
+    }
     vec![
-        Series {
-            name: "median".into(),
-            points: usual_rates.iter().map(|cost| point(cost, cost.tick_cost_p50_ms)).collect(),
-        },
-        Series {
-            name: "p99".into(),
-            points: usual_rates.iter().map(|cost| point(cost, cost.tick_cost_p99_ms)).collect(),
-        },
+        Series { name: "median".into(), points: median },
+        Series { name: "p99".into(), points: p99 },
     ]
 }
 
@@ -350,16 +351,17 @@ fn json(
     args: &ScalingArgs,
     machine: serde_json::Value,
 ) -> serde_json::Value {
-    let fleet = |(time, robots): (&RouteTime, &u32)| {
-        serde_json::json!({
-            "robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs,
-        })
-    };
     let tables: Vec<_> = DURATIONS
         .iter()
         .zip(times)
         .map(|(row, times)| {
-            let fleets: Vec<_> = times.iter().zip(&FLEET_SIZES).map(fleet).collect();
+            let fleets = times.iter().zip(&FLEET_SIZES).map(|(time, robots)| {
+                serde_json::json!({
+                    "robots": robots, "simulated_secs": time.simulated_secs,
+                    "wall_secs": time.wall_secs,
+                })
+            });
+            let fleets: Vec<_> = fleets.collect();
             serde_json::json!({"route": row.route, "fleets": fleets, "dissertation_secs": row.secs})
         })
         .collect();

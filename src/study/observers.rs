@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser};
 use regatta_meter::{Figures, Metering};
 use regatta_plugin::{Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World};
+use regatta_study::outcome::{EdgeFigures, EdgeQueues, EdgeTraffic};
 use regatta_traffic::{QueueObserver, TrafficPlugin};
 use regatta_validator::{Report, Settings, Validator};
 
@@ -53,10 +54,10 @@ pub struct Observers {
 
 /// The figures that the readers of a run have at its end.
 pub struct Observed {
-    /// The traffic on edges, as JSON.
-    pub traffic: String,
-    /// The places that robots waited for, as JSON.
-    pub queues: String,
+    /// The traffic on edges.
+    pub traffic: EdgeFigures<EdgeTraffic>,
+    /// The places that robots waited for.
+    pub queues: EdgeFigures<EdgeQueues>,
     /// The figures of the orders.
     pub meter: Figures,
     /// The findings; `None` if nothing was judged.
@@ -77,9 +78,11 @@ impl Observers {
 
     /// Returns the figures, and ends the judgement.
     pub fn observed(&mut self) -> Observed {
+        let queues = self.queues.caused_secs();
+        let queues = queues.map(|(edge, caused_secs)| EdgeQueues { edge, caused_secs });
         Observed {
-            traffic: self.traffic.json(),
-            queues: self.queues.json(),
+            traffic: traffic(&self.traffic.run_report()),
+            queues: EdgeFigures { edges: queues.collect() },
             meter: self.meter.figures(),
             findings: self.validator.as_mut().map(Validator::take_report),
         }
@@ -90,6 +93,16 @@ impl Observers {
         let readers: [&mut dyn Plugin; 3] = [traffic, queues, meter];
         readers.into_iter().chain(validator.as_mut().map(|validator| validator as &mut dyn Plugin))
     }
+}
+
+fn traffic(report: &regatta_traffic::Report<'_>) -> EdgeFigures<EdgeTraffic> {
+    let rows = report.edges.iter().zip(report.figures);
+    let edges = rows.map(|(edge, figures)| EdgeTraffic {
+        edge: edge.id,
+        waiting_secs: figures.waiting_secs.into(),
+        entered_per_hour: figures.entered_per_hour.into(),
+    });
+    EdgeFigures { edges: edges.collect() }
 }
 
 impl Plugin for Observers {
@@ -162,8 +175,8 @@ impl Plugin for ObserverProgram<'_> {
     fn on_stop(&mut self) -> Result {
         self.observers.on_stop()?;
         let Observed { traffic, queues, meter, findings } = self.observers.observed();
-        write(&self.args.traffic, traffic)?;
-        write(&self.args.queues, queues)?;
+        write(&self.args.traffic, serde_json::to_string(&traffic)?)?;
+        write(&self.args.queues, serde_json::to_string(&queues)?)?;
         write(&self.args.meter, serde_json::to_string(&meter)?)?;
         if let (Some(path), Some(findings)) = (&self.args.validator, findings) {
             write(path, findings.to_json())?;

@@ -279,8 +279,8 @@ fn run_in_process(
     record: Option<&Path>,
 ) -> Result<Outcome, Failure> {
     let (started, termination) = (Instant::now(), Termination::watch().map_err(plugin_failure)?);
-    let folder = tempfile::tempdir()
-        .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
+    let folder =
+        tempfile::tempdir().map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
     let path = write_scenario(job, layout, folder.path())?;
     let mut manager = vec![OsString::from(MANAGER)];
     manager.extend(words.iter().map(OsString::from));
@@ -310,7 +310,7 @@ fn run_in_process(
         summary.digest.map(|digest| format!("{digest:032x}")).unwrap_or_default(),
         meter,
         kinds.map(|found| (found.kind.to_string(), found.count)).collect(),
-        edges(serde_json::from_str(&traffic)?, serde_json::from_str(&queues)?),
+        edges(traffic, queues),
         started,
     )
 }

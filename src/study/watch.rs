@@ -1,4 +1,4 @@
-//! The progress of a study under way: runs done, running and left, and the time to go.
+//! The progress of a study: runs done, running and remaining, and the remaining time.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -23,7 +23,7 @@ pub struct Terminal {
     round_started: Cell<Instant>,
     /// The number of runs of this round.
     runs: Cell<u64>,
-    /// The number of those that have ended.
+    /// The number of runs that have ended.
     done: Cell<u64>,
     finished: Cell<u64>,
     side_by_side: Cell<u64>,
@@ -84,7 +84,8 @@ impl Terminal {
                 String::new()
             };
             regatta_plugin::tell!(
-                "round {round}: {done} of {runs} runs done, {running} running, {secs} s so far{to_go}"
+                "round {round}: {done} of {runs} runs done, {running} running, {secs} s so \
+                 far{to_go}"
             );
         }
     }

@@ -48,14 +48,14 @@ impl EdgeOutcome {
 }
 
 /// The figures of an observer by edges.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EdgeFigures<T> {
     /// The figures of each edge.
     pub edges: Vec<T>,
 }
 
 /// The traffic of an edge.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EdgeTraffic {
     /// The id in the layout.
     pub edge: u32,
@@ -66,7 +66,7 @@ pub struct EdgeTraffic {
 }
 
 /// The waiting that an edge has caused.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EdgeQueues {
     /// The id in the layout.
     pub edge: u32,

@@ -323,7 +323,7 @@ fn a_manager_that_fails_is_told_and_the_others_are_answered() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
         message.contains(
-            "false: no run has succeeded: fleet-manager failed (exit status: 1): it said nothing"
+            "false: no run has succeeded: fleet-manager failed (exit status: 1): it printed nothing"
         ),
         "{message}"
     );
@@ -462,8 +462,10 @@ fn a_full_disk_is_told_and_nothing_finished_is_lost() {
     let after = files(&on_disk.join("results"));
     let _ = fs::remove_dir_all(&on_disk);
     let is_small = mount("remount,size=16k");
-    let temporary =
-        study(&folder.path().join("t"), &["--robots", "2"]).env("TMPDIR", &disk).output();
+    // Processes write messages and figures to temporary files.
+    let temporary = study(&folder.path().join("t"), &["--robots", "2", "--processes"])
+        .env("TMPDIR", &disk)
+        .output();
     let unmounted = Command::new("umount").arg(&disk).status();
     assert!(is_larger && is_small && unmounted.is_ok_and(|status| status.success()));
     for output in [full, temporary.expect("regatta starts")] {

@@ -28,8 +28,8 @@ const TIME: Duration = Duration::from_secs(5);
 const PICTURES: (usize, usize) = (10, 600);
 /// The number of heat maps that are worked out to measure it.
 const HEAT_MAPS: usize = 15;
-/// The angle by which the camera of the view `turn` turns with each picture, in radians: what a
-/// picture costs while the user moves the camera, and the ground has to be drawn.
+/// The angle in radians by which the camera of the view `turn` turns with each picture. The view
+/// measures pictures while the user moves the camera, so that the ground has to be drawn.
 const TURN: f32 = 1e-3;
 /// Unmeasured pictures at the start, while shaders are compiled and buffers are created.
 const WARM_UP: usize = 3;
@@ -73,10 +73,12 @@ pub fn run(options: &Options) -> Result {
         size.y
     );
     println!(
-        "medians in ms; whole: from reading to the finished picture; busy: CPU time of all threads (mean)"
+        "medians in ms; whole: from reading to the finished picture; busy: CPU time of all threads \
+         (mean)"
     );
     println!(
-        "   robots  fleet      view   read  upload  encode |    CPU |     GPU |   whole |    busy | frames/s | resident MB"
+        "   robots  fleet      view   read  upload  encode |    CPU |     GPU |   whole |    busy \
+         | frames/s | resident MB"
     );
     for robots in &options.bench {
         for view in ["fit", "near", "turn"] {
@@ -161,7 +163,8 @@ impl Bench<'_> {
         print_row(robots, "synthetic", view, &times);
         if let Some((edges, [work, upload])) = heat.filter(|_| view == "fit") {
             println!(
-                "           heat map of {}: {work:.2} ms on its own thread, then {upload:.2} ms of a picture",
+                "           heat map of {}: {work:.2} ms on its own thread, then {upload:.2} ms of \
+                 a picture",
                 with_plural(edges as u64, "edge")
             );
         }
@@ -277,20 +280,25 @@ fn median(mut times: Vec<f64>) -> f64 {
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN) * 1e3
 }
 
+/// Returns the median of a part of times in milliseconds. The part is in seconds.
+fn median_of(times: &[Times], part: impl Fn(&Times) -> f64) -> f64 {
+    median(times.iter().map(part).collect())
+}
+
 fn print_row(robots: usize, fleet: &str, view: &str, times: &[Times]) {
-    let median = |part: &dyn Fn(&Times) -> f64| median(times.iter().map(part).collect());
-    let cpu = median(&|times| times.read + times.upload + times.encode);
-    let whole = median(&|times| times.whole);
+    let cpu = median_of(times, |times| times.read + times.upload + times.encode);
+    let whole = median_of(times, |times| times.whole);
     let gpu = match times.first().and_then(|times| times.gpu) {
-        Some(_) => format!("{:7.2}", median(&|times| times.gpu.unwrap_or(f64::NAN))),
+        Some(_) => format!("{:7.2}", median_of(times, |times| times.gpu.unwrap_or(f64::NAN))),
         None => "unknown".to_owned(),
     };
     println!(
-        "{robots:9}  {fleet:9} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} | {:7.2} | {:8.1} | {:11}",
-        median(&|times| times.read),
-        median(&|times| times.upload),
-        median(&|times| times.encode),
-        median(&|times| times.busy),
+        "{robots:9}  {fleet:9} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} \
+         | {:7.2} | {:8.1} | {:11}",
+        median_of(times, |times| times.read),
+        median_of(times, |times| times.upload),
+        median_of(times, |times| times.encode),
+        median_of(times, |times| times.busy),
         1e3 / whole,
         resident_megabytes().map_or("unknown".to_owned(), |megabytes| format!("{megabytes:.0}")),
     );

@@ -82,8 +82,8 @@ impl Caption {
         }
     }
 
-    /// Draws the annotations over the picture in `target`. Returns the names of those that the
-    /// picture has no room for.
+    /// Draws the annotations over the picture in `target`. Returns the names of the annotations for
+    /// which the picture has no room.
     pub fn draw(
         &mut self,
         gpu: &Gpu,
@@ -112,28 +112,14 @@ impl Caption {
         left_out
     }
 
-    /// Returns what is to be drawn, and the names of what is left out.
+    /// Returns the annotations to draw, and the names of those that are left out.
     fn lay_out(
         &self,
         size: UVec2,
         scale: f32,
         annotations: &Annotations<'_>,
     ) -> (FullOutput, Vec<&'static str>) {
-        let Annotations {
-            camera,
-            scene,
-            legend,
-            plan,
-            plans,
-            title,
-            frame,
-            world,
-            heat,
-            closed,
-            density,
-            robots,
-            banner,
-        } = annotations;
+        let Annotations { camera, scene, world, .. } = annotations;
         let picture =
             Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
@@ -144,10 +130,11 @@ impl Caption {
             let mut placement = Placement::new(picture);
             let (layers, theme, size) =
                 (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
-            let near = frame.filter(|_| layers.ids || layers.robot_ids);
+            let near = annotations.frame.filter(|_| layers.ids || layers.robot_ids);
             let level = scene.level.as_deref();
-            let find = |frame| robot_spots::find(&frame, world, level, camera, scene.offset, size);
-            let spots = near.map(find).unwrap_or_default();
+            let spots = near.map_or_else(Vec::new, |frame| {
+                robot_spots::find(&frame, world, level, camera, scene.offset, size)
+            });
             if layers.ids {
                 let view =
                     LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };
@@ -156,18 +143,22 @@ impl Caption {
             if layers.robot_ids {
                 robot_spots::draw(ui.ctx(), picture, picture, theme, &spots);
             }
-            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots.iter().copied());
-            left_out = banner.show(ui.ctx(), picture, &mut placement, camera, theme);
-            if let Some(legend) = legend {
-                let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
-                let closed = if layers.edges { *closed } else { 0 };
-                let symbols =
-                    Symbols { heat, density: *density, closed, ..Symbols::new(layers, *plans) };
+            let robots = annotations.robots.iter().copied();
+            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots);
+            left_out = annotations.banner.show(ui.ctx(), picture, &mut placement, camera, theme);
+            if let Some(legend) = annotations.legend {
+                let facts = annotations.heat;
+                let heat = scene.heat.map(|heat| HeatLegend { heat, facts });
+                let closed = if layers.edges { annotations.closed } else { 0 };
+                let density = annotations.density;
+                let symbols = Symbols::new(layers, annotations.plans);
+                let symbols = Symbols { heat, density, closed, ..symbols };
+                let title = Some(&annotations.title[..]);
                 let is_shown =
-                    overlay::legend(ui.ctx(), &mut placement, theme, legend, &symbols, Some(title));
+                    overlay::legend(ui.ctx(), &mut placement, theme, legend, &symbols, title);
                 left_out.extend((!is_shown).then_some(overlay::LEGEND));
             }
-            if *plan && camera.is_plan() {
+            if annotations.plan && camera.is_plan() {
                 let scale = PlanScale::place(&mut placement, picture, picture, camera);
                 scale.draw(ui.ctx(), &placement, picture, picture, camera, theme);
             }

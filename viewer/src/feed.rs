@@ -30,7 +30,7 @@ pub struct Feed {
     contacts: ContactReader,
     closures: ClosureReader,
     recording: RecordingReader,
-    /// Frames in a row that don't belong to the recording that was told of.
+    /// The number of consecutive frames that don't belong to the announced recording.
     strange_frames: u32,
     polls: u32,
     /// Whether the value column has a publisher.
@@ -114,7 +114,7 @@ impl Feed {
             contacts: self.contacts.latest()?.is_some(),
             closures: self.closures.take()?,
             frame: self.frames.latest()?.is_some(),
-            // After the frame: what is told of its run was published before it.
+            // This follows the frame, because the facts of its run are published before it.
             recording: self.recording.take()?,
         };
         self.update_liveliness(&news);
@@ -174,7 +174,7 @@ impl Feed {
         let Some((_, reader)) = &mut self.value else { return Ok(false) };
         let mut changed = reader.latest()?.is_some();
         self.is_value_published |= changed;
-        // Of a fleet that has ended, the last picture stays as it was.
+        // The last picture of a fleet that has ended stays.
         let is_due = self.is_value_published && self.polls.is_multiple_of(CHECK_EVERY);
         if is_due && !reader.has_publisher() && self.frames.has_producer() {
             self.is_value_published = false;
@@ -229,8 +229,7 @@ impl Feed {
         self.recording().map_or(0.0, |recording| recording.header.ahead_nanos as i64 as f64 * 1e-9)
     }
 
-    /// The time of a frame in seconds: on the clock of the recording, if it is of one, else
-    /// simulated.
+    /// The time of a frame in seconds, on the clock of its recording, or else in simulated time.
     pub fn clock_secs(&self, frame: &Frame<'_>) -> f64 {
         let simulated = frame.header().sim_time_nanos;
         let recording =

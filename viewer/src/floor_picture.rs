@@ -11,7 +11,7 @@ use regatta_scene::camera::Bounds;
 
 use crate::files;
 
-/// The most memory for one picture, in bytes.
+/// The maximum memory for one picture, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
 /// The colour of a map's occupied cells: red, green, blue, alpha.
 const OCCUPIED: [u8; 4] = [120, 136, 152, 255];
@@ -40,13 +40,13 @@ pub fn load(
     limit: u32,
     placed: Option<FloorPlacement>,
 ) -> Result<FloorPicture, FloorPictureError> {
-    let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
     let is_map =
         path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
     let picture = if is_map {
         load_map(path)?
     } else {
-        let pixels = read(path).map_err(failed)?;
+        let pixels =
+            read(path).map_err(|reason| FloorPictureError { path: path.to_owned(), reason })?;
         FloorPicture { pixels, corner: bounds.low, turn: 0.0, size: bounds.high - bounds.low }
     };
     let picture = match placed {
@@ -69,7 +69,8 @@ fn limited(picture: FloorPicture, limit: u32) -> FloorPicture {
         return picture;
     }
     tracing::warn!(
-        "the floor picture of {width}x{height} pixels exceeds the adapter's limit of {limit} and is scaled down"
+        "the floor picture of {width}x{height} pixels exceeds the adapter's limit of {limit} and \
+         is scaled down"
     );
     let scaled =
         |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;

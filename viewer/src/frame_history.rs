@@ -1,5 +1,5 @@
-//! The last ten minutes of a live run, in bounded memory, so that they can be looked at while the
-//! run goes on.
+//! The last ten minutes of a live run, in bounded memory. They can be viewed while the run
+//! continues.
 //!
 //! Frames are kept whole, as they were in shared memory, but not all of them: as many per simulated
 //! second as the memory allows for ten minutes, and at most ten. If even one each two seconds is
@@ -63,8 +63,8 @@ impl FrameHistory {
         Self { frames: VecDeque::new(), bytes: 0, budget }
     }
 
-    /// Keeps a copy of a frame, if one is due, and drops those that are too old or have no room.
-    /// Another run begins anew.
+    /// Keeps a copy of a frame if one is due. Drops copies that are too old or have no room.
+    /// Another run resets the history.
     pub fn take(&mut self, frame: &Frame<'_>) {
         let now = frame.header().sim_time_nanos;
         let last = self.frames.back().map(|last| (last.header.run_id, last.header.sim_time_nanos));

@@ -63,7 +63,7 @@ struct HeadlessViewer<'a> {
     samples: u32,
     /// Whether the legend is hidden: as requested, or because it has no room.
     no_legend: bool,
-    /// Whether it was said what the picture has no room for.
+    /// Whether the missing parts of the picture were reported.
     has_warned: bool,
     termination: Termination,
 }
@@ -172,8 +172,8 @@ impl HeadlessViewer<'_> {
         self.check_options()?;
         let started = Instant::now();
         let step = Duration::from_secs(1) / self.options.fps;
-        let total =
-            (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
+        let total = (Duration::from(self.options.for_).as_secs_f64() * f64::from(self.options.fps))
+            .ceil() as u32;
         let mut repeats = 0;
         while video.pictures() < total && !self.termination.requested() {
             let due = started + step * video.pictures();
@@ -239,8 +239,7 @@ impl HeadlessViewer<'_> {
         Ok(Some(self.stage.plan_facts()))
     }
 
-    /// The lines that say what a picture shows: the fleet, the simulated time and the number of
-    /// robots.
+    /// The lines of a picture's caption: the fleet, the simulated time and the number of robots.
     fn title(&self) -> Vec<String> {
         let frame = self.stage.feed.frame();
         let robots = frame.map_or(0, |frame| {
@@ -267,7 +266,7 @@ impl HeadlessViewer<'_> {
         Some((position + self.stage.scene.offset, *frame.theta().get(row)?))
     }
 
-    /// Refuses options that this fleet can't fulfil, and warns about those that have no effect.
+    /// Refuses options that don't fit this fleet, and warns about options without an effect.
     fn check_options(&self) -> Result {
         let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
         if let Some(robot) = self.selected().find(|robot| *robot as usize >= robots) {
@@ -290,7 +289,8 @@ impl HeadlessViewer<'_> {
             (&self.options.look.colour, self.stage.feed.value())
         {
             return Err(Error::new(format!(
-                "nobody publishes the column '{name}' of fleet '{}': start its plugin, or give another --colour",
+                "nobody publishes the column '{name}' of fleet '{}': start its plugin, or give \
+                 another --colour",
                 self.options.fleet
             )));
         }
@@ -350,8 +350,8 @@ impl HeadlessViewer<'_> {
         if self.leave_out(&left_out) { Ok(self.draw(alpha)?.0) } else { Ok(picture) }
     }
 
-    /// Says once what the picture has no room for. Returns whether the legend is hidden from now
-    /// on.
+    /// Reports once the parts for which the picture has no room. Returns whether the legend is
+    /// hidden from now on.
     fn leave_out(&mut self, left_out: &[&str]) -> bool {
         if !left_out.is_empty() && !std::mem::replace(&mut self.has_warned, true) {
             tracing::warn!("{}", no_room(self.options.picture_size(), left_out));
@@ -373,7 +373,6 @@ impl HeadlessViewer<'_> {
             self.part.as_ref().is_none_or(|part| part.has_scale) && !self.options.look.no_legend;
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
-        let plans = self.stage.plan_facts();
         let time =
             self.clock.or_else(|| Some(self.stage.feed.clock_secs(&self.stage.feed.frame()?)));
         let look = &self.options.look;
@@ -384,25 +383,15 @@ impl HeadlessViewer<'_> {
         };
         let banner =
             Banner { title: heading, clock: time.filter(|_| look.clock), scale: look.scale };
-        let frame = self.stage.feed.frame();
-        let world = self.stage.feed.world().unwrap_or_default();
-        let heat = self.stage.jam_facts().heat;
-        let density = self.stage.shown_density(&camera, size);
-        let (title, scene) = (self.title(), &self.stage.scene);
         let annotations = Annotations {
-            camera: &camera,
-            scene,
             legend,
             plan,
-            plans,
-            title,
-            frame,
-            world,
-            heat,
-            closed: self.stage.closed().len() as u32,
-            density,
+            frame: self.stage.feed.frame(),
+            world: self.stage.feed.world().unwrap_or_default(),
+            density: self.stage.shown_density(&camera, size),
             robots,
             banner,
+            ..self.stage.annotations(&camera, self.title())
         };
         let left_out = self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok((self.offscreen.read(encoder)?, left_out))
@@ -416,7 +405,7 @@ fn legend_width(size: UVec2) -> u32 {
     (beside.low.x * size.x as f32).ceil() as u32
 }
 
-/// Says what a picture of this size has no room for, and what to do.
+/// Returns a message about the parts for which a picture of this size has no room, with the remedy.
 fn no_room(size: UVec2, left_out: &[&str]) -> String {
     let advice = if left_out.contains(&overlay::LEGEND) {
         ", or hide the legend with --no-legend"
@@ -438,7 +427,8 @@ mod tests {
     fn a_picture_without_room_says_what_to_do() {
         assert_eq!(
             no_room(UVec2::new(320, 200), &["title", "legend"]),
-            "a picture of 320x200 has no room for its title and legend; give a larger --size, or hide the legend with --no-legend"
+            "a picture of 320x200 has no room for its title and legend; give a larger --size, or \
+             hide the legend with --no-legend"
         );
         assert!(!no_room(UVec2::new(320, 200), &["clock"]).contains("--no-legend"));
     }

@@ -30,7 +30,7 @@ const EVERY: Duration = Duration::from_millis(40);
 const CHECK_EVERY: u32 = 25;
 /// The number of looks between two at which alarms hold: a fifth of a second.
 const COMPARE_EVERY: u32 = 5;
-/// The most entries of one kind that one look adds; the rest is counted in one entry.
+/// The maximum number of entries of one kind that one check adds. The rest is counted in one entry.
 const MOST_OF_A_KIND: usize = 200;
 
 /// The query for the log, which is never idle.
@@ -124,7 +124,8 @@ impl LogCollector {
     /// [`ReadError`] if the fleet can't be read.
     pub fn poll(&mut self) -> Result<LogReport, ReadError> {
         self.look_at = Instant::now() + EVERY;
-        // The standing alarms are read before the events: those that led to them are known then.
+        // The standing alarms are read before the events, so that the events that caused them are
+        // known.
         self.frames.latest()?;
         self.now.update()?;
         let mut found = LogReport::default();
@@ -138,8 +139,7 @@ impl LogCollector {
             *run_id = frame.run_id();
             *health = Health::new(clock.sim_nanos);
             *standing = Standing::default();
-            // Of a run that begins while the window is open, events may have come before the first
-            // frame.
+            // If a run begins while the window is open, events may precede the first frame.
             *has_missed = found.is_new_run;
         }
         found.is_replayed = now.change_of_replay(*run_id);
@@ -243,7 +243,8 @@ impl Clock {
     }
 }
 
-/// Leaves out entries beyond [`MOST_OF_A_KIND`] that are no alarms, and counts them in one more.
+/// Leaves out entries beyond [`MOST_OF_A_KIND`] that aren't alarms, and counts them in one more
+/// entry.
 fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
     let mut counts = BTreeMap::<Kind, usize>::new();
     news.retain(|(entry, change)| {

@@ -13,7 +13,7 @@ use regatta_interface::settings::MeshPlacement;
 
 use crate::files;
 
-/// The most triangles of a mesh, which may be drawn thousands of times.
+/// The maximum number of triangles of a mesh, which may be drawn thousands of times.
 const MAX_TRIANGLES: usize = 500_000;
 /// The farthest that a vertex may be from the origin, in metres.
 const MAX_EXTENT: f32 = 1e4;
@@ -26,7 +26,10 @@ const DARKEST: f32 = 140.0;
 #[derive(Debug, thiserror::Error)]
 pub enum MeshFileError {
     /// The format is not supported.
-    #[error("{}: unsupported mesh format; use a file that ends in .stl, .obj, .gltf or .glb", .0.display())]
+    #[error(
+        "{}: unsupported mesh format; use a file that ends in .stl, .obj, .gltf or .glb",
+        .0.display()
+    )]
     UnknownFormat(PathBuf),
     /// The file can't be read, or is malformed.
     #[error("{}: {reason}", path.display())]
@@ -109,13 +112,13 @@ fn build(corners: &[Corner], MeshPlacement { scale, z, yaw }: MeshPlacement) -> 
 fn stl(path: &Path) -> Result<Vec<Corner>, String> {
     let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
     let mesh = stl_io::read_stl(&mut file).map_err(|error| error.to_string())?;
-    let corner = |index: &usize| {
-        let at = mesh.vertices.get(*index)?;
-        Some(Corner { at: Vec3::new(at[0], at[1], at[2]), normal: Vec3::ZERO, paint: PLAIN })
-    };
-    let corners =
-        mesh.faces.iter().flat_map(|face| &face.vertices).map(corner).collect::<Option<_>>();
-    corners.ok_or_else(|| "a triangle refers to a missing vertex".to_owned())
+    let mut corners = Vec::new();
+    for index in mesh.faces.iter().flat_map(|face| &face.vertices) {
+        let at = mesh.vertices.get(*index).ok_or("a triangle refers to a missing vertex")?;
+        let at = Vec3::new(at[0], at[1], at[2]);
+        corners.push(Corner { at, normal: Vec3::ZERO, paint: PLAIN });
+    }
+    Ok(corners)
 }
 
 fn obj(path: &Path) -> Result<Vec<Corner>, String> {
@@ -131,11 +134,6 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
     for mesh in models.into_iter().map(|model| model.mesh) {
         let colour = mesh.material_id.and_then(|id| materials.get(id)?.diffuse);
         let paint = colour.map_or(PLAIN, paint_of);
-        let triple = |values: &[f32], index: u32| {
-            values
-                .get(index as usize * 3..index as usize * 3 + 3)
-                .map(|three| Vec3::new(three[0], three[1], three[2]))
-        };
         for index in &mesh.indices {
             let at =
                 triple(&mesh.positions, *index).ok_or("a triangle refers to a missing vertex")?;
@@ -147,6 +145,12 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
         }
     }
     Ok(corners)
+}
+
+/// Returns the vector at an index of a list of coordinates, three for each vector.
+fn triple(coordinates: &[f32], index: u32) -> Option<Vec3> {
+    let three = coordinates.get(index as usize * 3..index as usize * 3 + 3)?;
+    Some(Vec3::new(three[0], three[1], three[2]))
 }
 
 /// Reads the materials of an OBJ file, except for colours of fewer than three parts, at which the
@@ -161,9 +165,8 @@ fn obj_materials(path: &Path) -> tobj::MTLLoadResult {
     tobj::load_mtl_buf(&mut lines.join("\n").as_bytes())
 }
 
-/// Returns the paint of a material. The robot's colour tells its state, so that a mesh never mixes
-/// another hue into it: of the material only the lightness is kept, as a shade of the robot's
-/// colour.
+/// Returns the paint of a material. The robot's colour shows its state, so a mesh adds no other hue
+/// to it. Only the lightness of the material is kept, as a shade of the robot's colour.
 fn paint_of(colour: [f32; 3]) -> [u8; 4] {
     let [red, green, blue] =
         colour.map(|part| if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 });

@@ -9,14 +9,15 @@ use clap::{ArgGroup, Args};
 use glam::{UVec2, Vec2};
 use regatta_gpu::renderer::Renderer;
 pub use regatta_interface::cameras::{Bookmark, CameraOption};
+use regatta_interface::settings::FloorPlacement;
 use regatta_plugin::{Error, FleetName, Result};
 use regatta_scene::camera::Bounds;
 use regatta_scene::heat::Heat;
 use regatta_scene::palette::{Colouring, Theme};
-use regatta_scene::{MAX_LIGHTS, Scene, Trails};
+use regatta_scene::{Light, MAX_LIGHTS, Scene, Trails};
 
 use crate::{floor_picture, mesh_file};
-pub use values::{FloorAt, LightOption, MeshOption, Pair, Size};
+pub use values::MeshOption;
 
 /// Options of `regatta viewer`.
 #[derive(Args, Clone, Debug)]
@@ -68,7 +69,8 @@ pub struct Options {
     #[arg(long, value_name = "TIME", requires = "film")]
     pub to: Option<humantime::Duration>,
     /// Simulated seconds per second of the film, from 0.001 to 1000
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "film", value_parser = values::film_speed)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "film")]
+    #[arg(value_parser = values::film_speed)]
     pub speed: f32,
     /// Replace files that exist
     #[arg(long, requires = "unattended")]
@@ -83,8 +85,8 @@ pub struct Options {
     pub for_: humantime::Duration,
     /// Width and height of the picture or of the window in pixels [default: 1920x1080; a window
     /// opens with its last size]
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<UVec2>,
     /// Camera: fit, top, plan (orthographic), the name of a --bookmark, x,y,z,yaw,pitch: the
     /// position in metres and the view direction in radians (yaw counter-clockwise from east, pitch
     /// below the horizon); or x,y,height: a plan around x,y, with the height of the ground in
@@ -116,11 +118,11 @@ pub struct LookOptions {
     #[arg(long, value_parser = values::theme())]
     pub theme: Option<Theme>,
     /// Offset of robots and graph in metres; the floor stays in place [default: 0,0]
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
-    pub offset: Option<Pair>,
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = values::pair)]
+    pub offset: Option<Vec2>,
     /// Width and height of the floor around the origin, in metres [default: up to the horizon]
-    #[arg(long, value_name = "W,H")]
-    pub floor: Option<Pair>,
+    #[arg(long, value_name = "W,H", value_parser = values::pair)]
+    pub floor: Option<Vec2>,
     /// Picture on the floor: an image (PNG, JPEG, BMP), stretched over --floor or else over the
     /// graph; or a ROS map (map.yaml), placed at its own origin
     #[arg(long, value_name = "FILE")]
@@ -131,17 +133,19 @@ pub struct LookOptions {
         long,
         value_name = "X,Y,RESOLUTION[,YAW]",
         requires = "floor_image",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = values::floor_at
     )]
-    pub floor_at: Option<FloorAt>,
+    pub floor_at: Option<FloorPlacement>,
     /// Draw robots of one type, or of all types, as this mesh (STL, OBJ, glTF), scaled, lifted by z
     /// metres and turned by degrees counter-clockwise
     #[arg(long, value_name = "[TYPE=]FILE[,SCALE[,Z[,YAW]]]")]
     pub mesh: Vec<MeshOption>,
     /// Add a light at x,y,z in metres with the colour r,g,b (0 to 1 or above; default white); up to
     /// eight lights
-    #[arg(long, value_name = "X,Y,Z[,R,G,B]", allow_hyphen_values = true)]
-    pub light: Vec<LightOption>,
+    #[arg(long, value_name = "X,Y,Z[,R,G,B]", allow_hyphen_values = true,
+        value_parser = values::light)]
+    pub light: Vec<Light>,
     /// Number of points of the trail behind each robot [default: 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub trails: Option<u32>,
@@ -222,8 +226,7 @@ impl LookOptions {
     pub fn load_floor_picture(&self, renderer: &mut Renderer, bounds: Bounds) {
         let Some(path) = &self.floor_image else { return };
         let bounds = self.scene().floor.bounds.unwrap_or(bounds);
-        let placed = self.floor_at.map(|at| at.0);
-        match floor_picture::load(path, bounds, renderer.max_texture_size(), placed) {
+        match floor_picture::load(path, bounds, renderer.max_texture_size(), self.floor_at) {
             Ok(picture) if renderer.set_floor_picture(Some(&picture)) => {}
             Ok(_) => tracing::warn!(
                 "{}: no room in the graphics memory; the floor stays plain",
@@ -237,10 +240,9 @@ impl LookOptions {
     pub fn scene(&self) -> Scene {
         let mut scene = Scene { theme: self.theme.unwrap_or_default(), ..Scene::default() };
         scene.colouring = self.colour.clone().unwrap_or_default();
-        scene.offset = self.offset.map_or(Vec2::ZERO, |Pair(metres)| metres);
-        scene.floor.bounds =
-            self.floor.map(|Pair(size)| Bounds { low: -size.abs() / 2.0, high: size.abs() / 2.0 });
-        scene.lights = self.light.iter().take(MAX_LIGHTS).map(|light| light.0).collect();
+        scene.offset = self.offset.unwrap_or_default();
+        scene.floor.bounds = self.floor.map(|size| Bounds::of_size(size.abs()));
+        scene.lights = self.light.iter().take(MAX_LIGHTS).copied().collect();
         scene.layers.grid = !self.no_grid;
         scene.layers.shadows = !self.no_shadows;
         if self.no_graph {
@@ -270,11 +272,12 @@ impl Options {
 
     /// Width and height of a picture in pixels.
     pub fn picture_size(&self) -> UVec2 {
-        self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
+        self.size.unwrap_or(UVec2::new(1920, 1080))
     }
 
-    /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`]
-    /// for its start; `None` if it plays. The period of a heat map comes before the picture.
+    /// The time at which a recording is paused for a picture, a plan or a film, or
+    /// [`Duration::MAX`] for its start; `None` if it plays. The period of a heat map precedes the
+    /// picture.
     pub fn starts_at(&self) -> Option<Duration> {
         let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
         let time = if self.film.is_some() { self.from } else { self.at };
@@ -318,11 +321,6 @@ impl Options {
                 "--camera {name}: unknown; give fit, top, plan, numbers, or one of: {known}"
             ))
         })
-    }
-
-    /// Duration of a recording.
-    pub fn record_for(&self) -> Duration {
-        self.for_.into()
     }
 }
 

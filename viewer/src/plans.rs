@@ -1,10 +1,8 @@
 //! The plans of a fleet manager, for all robots or those that match the filter: routes, goals, and
-//! the robots that robots wait for. A worker collects and reduces them to lists to draw.
+//! waits for other robots. A worker collects them, and reduces them to lists to draw.
 
 mod collector;
-pub mod goals;
-pub mod lines;
-pub mod waits;
+pub mod marks;
 
 use std::time::{Duration, Instant};
 
@@ -13,18 +11,18 @@ use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_plugin::{
     ColumnReader, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
 };
-use regatta_scene::plans::PlanReport;
+use regatta_scene::plans::{PlanReport, Waiting};
 
 use crate::worker::Query;
 use collector::Collector;
-use goals::Places;
+use marks::{Places, arrows, goal_marks, lines};
 
 /// The time between two reports, unless they take long, and between two rounds of requests for
 /// routes.
 const REPORT_EVERY: Duration = Duration::from_millis(100);
 /// The time for which routes are asked for between two looks at the query.
 const ASK_FOR: Duration = Duration::from_millis(40);
-/// The time after which routes are asked for again if nobody answers.
+/// The time after which routes are requested again without an answer.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 /// A report is followed by a pause of at least so many times the time that it took.
 const PAUSES: u32 = 5;
@@ -164,28 +162,31 @@ impl Watcher {
             return Ok(found);
         };
         let (matching, robots) = (query.matching.as_ref(), query.robots());
-        let is_watched = |robot: u32| is_in(robots.as_ref(), robot);
         found.facts.is_filtered = matching.is_some();
         if query.plans {
-            let routes = self.collector.routes().filter(|route| is_watched(route.robot));
-            found.lines = lines::lines(routes, &frame, &world);
+            let routes =
+                self.collector.routes().filter(|route| is_in(robots.as_ref(), route.robot));
+            found.lines = lines(routes, &frame, &world);
             found.facts.routes = Some(self.collector.coverage(&frame, matching));
         }
         if let Some(goals) = values(&mut self.goals, frame.run_id())? {
             found.facts.has_goals = true;
-            found.goals = goals::marks(
+            found.goals = goal_marks(
                 goals,
-                |robot| query.plans && is_watched(robot),
+                |robot| query.plans && is_in(robots.as_ref(), robot),
                 &query.selected,
                 &self.places,
             );
         }
         if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| query.waits) {
-            found.arrows = waits::arrows(waits_for);
-            found.arrows.retain(|arrow| is_watched(arrow.from));
-            let counted = || found.arrows.iter().filter(|arrow| is_in(matching, arrow.from));
-            let in_rings = counted().filter(|arrow| arrow.in_ring == 1).count();
-            found.facts.waiting = Some([counted().count() as u32, in_rings as u32]);
+            found.arrows = arrows(waits_for);
+            found.arrows.retain(|arrow| is_in(robots.as_ref(), arrow.from));
+            let mut waiting = Waiting::default();
+            for arrow in found.arrows.iter().filter(|arrow| is_in(matching, arrow.from)) {
+                waiting.robots += 1;
+                waiting.in_rings += arrow.in_ring;
+            }
+            found.facts.waiting = Some(waiting);
         }
         Ok(found)
     }

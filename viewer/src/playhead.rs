@@ -58,7 +58,7 @@ impl Playhead {
                 self.period + (period - self.period) * 0.1
             };
         }
-        // A jump to a later time of a recording is no motion.
+        // A jump to a later time of a recording isn't motion.
         let has_jumped = frame.run_id() == self.run && frame.jumps() != self.jumps;
         self.sent = [if has_jumped { sent } else { self.sent[1] }, sent];
         (self.tick, self.run, self.jumps) = (frame.tick(), frame.run_id(), frame.jumps());

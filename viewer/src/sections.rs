@@ -69,7 +69,8 @@ impl Sections {
     /// Checks the sections and returns them as arguments of the viewer.
     ///
     /// # Errors
-    /// If a number is out of range, a name can't be given to a camera, or there are too many lights.
+    /// If a number is out of range, a name can't be given to a camera, or there are too many
+    /// lights.
     ///
     /// ```
     /// use regatta_viewer::sections::{LightEntry, Sections};

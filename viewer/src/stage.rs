@@ -1,5 +1,5 @@
-//! The stage: passes new data from the feed to the renderer, and derives from it what the renderer
-//! needs besides: bounds, legend and routes.
+//! The stage passes new data from the feed to the renderer, and derives bounds, legend and routes
+//! from it.
 
 mod columns;
 mod further_levels;
@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use glam::{UVec2, Vec2};
 use regatta_gpu::renderer::{Picture, Renderer};
+use regatta_interface::banner::Banner;
 use regatta_interface::jams::JamFacts;
 use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::{Filter, RobotSet};
@@ -25,10 +26,10 @@ use regatta_scene::route::{Remaining, remaining_route};
 use regatta_scene::{Scene, is_on_level};
 use wgpu::{CommandEncoder, TextureView};
 
+use crate::caption::Annotations;
 use crate::feed::{Feed, News};
 use crate::frame_history::FrameHistory;
-use crate::jams;
-use crate::jams::{JamQuery, JamReport};
+use crate::jams::{self, JamQuery, JamReport};
 use crate::plans::PlanQuery;
 use crate::playhead::Playhead;
 use crate::svg;
@@ -214,8 +215,8 @@ impl Stage {
         self.looking_back.is_some()
     }
 
-    /// Shows the run as it was at a simulated time in nanoseconds, while it goes on, or again as it
-    /// is. Of the past, only frames are kept: robots have no values of columns then.
+    /// Shows a live run at a past simulated time in nanoseconds, or again at the current time. Only
+    /// frames of the past are kept, so robots have no values of columns then.
     pub fn look_back(&mut self, time: Option<u64>) {
         let run = self.feed.frame().map(|frame| frame.run_id());
         self.looking_back = run.zip(time);
@@ -324,10 +325,15 @@ impl Stage {
         }
         let Some(world) = self.feed.world() else { return };
         let ids = self.feed.closed();
-        let is_closed = |id: u32| ids.binary_search(&ClosedEdge { edge: id }).is_ok();
-        let edges =
-            world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
-        self.closed = (run, edges.map(|(_, index)| index).collect());
+        let mut closed = Vec::new();
+        if !ids.is_empty() {
+            for (edge, index) in world.edges().iter().zip(0..) {
+                if ids.binary_search(&ClosedEdge { edge: edge.id }).is_ok() {
+                    closed.push(index);
+                }
+            }
+        }
+        self.closed = (run, closed);
         let closed = &self.closed.1;
         for renderer in all(&mut self.renderer, &mut self.further_levels) {
             renderer.set_closed(&world, closed);
@@ -415,6 +421,29 @@ impl Stage {
     /// Adds the scene's offset to bounds.
     fn moved(&self, bounds: Bounds) -> Bounds {
         Bounds { low: bounds.low + self.scene.offset, high: bounds.high + self.scene.offset }
+    }
+
+    /// Returns the annotations of a picture by a camera that don't depend on what is asked for.
+    pub(crate) fn annotations<'a>(
+        &'a self,
+        camera: &'a Camera,
+        title: Vec<String>,
+    ) -> Annotations<'a> {
+        Annotations {
+            camera,
+            scene: &self.scene,
+            legend: None,
+            plan: false,
+            plans: self.plan_facts(),
+            title,
+            frame: None,
+            world: World::default(),
+            heat: self.jam_facts().heat,
+            closed: self.closed().len() as u32,
+            density: None,
+            robots: Vec::new(),
+            banner: Banner::default(),
+        }
     }
 
     /// The moment to show, from the previous frame (0) to the newest (1).

@@ -3,6 +3,7 @@
 //! the north.
 
 use glam::Vec2;
+use regatta_base::round;
 use regatta_base::svg::Svg;
 use regatta_interface::footprint::Footprint;
 use regatta_interface::plan::{metres_text, round_step};
@@ -14,7 +15,7 @@ use regatta_scene::camera::Bounds;
 use regatta_scene::curves::midpoint;
 use regatta_scene::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
 
-/// The most robots in a file.
+/// The maximum number of robots in a file.
 const MAX_ROBOTS: usize = 200_000;
 /// The longest side of a drawing whose scale isn't given, in millimetres: that of A3, less a
 /// margin.
@@ -78,15 +79,15 @@ impl<'a> Plan<'a> {
         edges.filter(|edge| self.shows(edge.level))
     }
 
-    /// The rows of the frame's robots. A robot is on the level of its edge; one that is on no edge
-    /// is on no level.
+    /// The rows of the frame's robots. A robot is on the level of its edge. A robot without an edge
+    /// has no level.
     fn rows(&self, frame: Frame<'a>) -> impl Iterator<Item = usize> {
-        let is_shown = move |row: usize| {
+        let present =
+            (0..frame.len()).filter(move |&row| frame.state_of(row) != RobotState::Absent);
+        present.filter(move |&row| {
             let edge = self.world.edges().get(frame.edge()[row] as usize);
             self.level.is_none() || edge.is_some_and(|edge| self.shows(edge.level))
-        };
-        (0..frame.len())
-            .filter(move |row| frame.state_of(*row) != RobotState::Absent && is_shown(*row))
+        })
     }
 
     /// The text below the drawing.
@@ -98,16 +99,10 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5
-/// times a power of ten.
+/// Returns the default scale of a drawing, given its longest side in metres: 1, 2 or 5 times a
+/// power of ten.
 fn fitting_scale(metres: f32) -> f32 {
-    let least = (metres * 1000.0 / LONGEST_MM).max(1.0);
-    let unit = 10_f32.powf(least.log10().floor());
-    [1.0, 2.0, 5.0]
-        .map(|factor| factor * unit)
-        .into_iter()
-        .find(|scale| *scale >= least * 0.999)
-        .unwrap_or(10.0 * unit)
+    round::up((metres * 1000.0 / LONGEST_MM).max(1.0) * 0.999) as f32
 }
 
 /// Returns the text of the file.
@@ -264,7 +259,7 @@ fn draw_robots(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     svg.close();
 }
 
-/// The colour of a robot, as the picture has it.
+/// The colour of a robot, as in the picture.
 fn colour(plan: &Plan<'_>, palette: &[Rgb; COLOURS], row: usize, robot_type: usize) -> Rgb {
     let state = plan.frame.map_or(0, |frame| frame.columns().state[row]);
     let value = match plan.colouring {

@@ -23,7 +23,8 @@ pub enum VideoError {
     },
     /// The program ffmpeg can't be started.
     #[error(
-        "can't start ffmpeg ({0}), which encodes MP4 files: install it, or give a folder for PNG files"
+        "can't start ffmpeg ({0}), which encodes MP4 files: install it, or give a folder for PNG \
+         files"
     )]
     NoFfmpeg(std::io::Error),
     /// The program ffmpeg failed.

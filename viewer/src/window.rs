@@ -20,7 +20,7 @@ use app::App;
 /// Shows a fleet in a window until the window is closed or the process is asked to end.
 ///
 /// # Errors
-/// One line that says what is wrong: no display, no adapter, no readable fleet.
+/// One line about the problem: no display, no adapter, or no readable fleet.
 pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let events = EventLoop::new().map_err(|error| {

@@ -1,4 +1,5 @@
-//! Threads that answer a query about a fleet again and again, so that no picture waits for the answers.
+//! Threads that answer a query about a fleet again and again, so that no picture waits for the
+//! answers.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;

@@ -41,7 +41,7 @@ pub struct Setup {
     pub stalling_percent: u32,
     /// The number of robots that break down at the end of the warm-up.
     pub broken: u32,
-    /// Whether robots keep apart; if not, throughput is the bound, and there is no validator.
+    /// Whether robots keep apart. If not, throughput is the bound, and no validator runs.
     pub conflicts: bool,
     pub seed: u64,
     /// Simulated time.

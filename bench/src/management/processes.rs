@@ -25,7 +25,7 @@ pub struct Run<'a> {
     rate_hz: u32,
     run: LockstepRun,
     manager_pid: u32,
-    /// The sender of breakdowns: until the end, as what it has sent is lost with it.
+    /// The sender of breakdowns. It is kept until the end, because its messages are lost with it.
     commands: Option<Commands>,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Run<'a> {
         }
         let manager_secs = processor_secs(self.manager_pid);
         let failures = self.run.stop();
-        // A validator that has found something fails; what it has found is in its figures.
+        // A validator with findings fails. Its figures contain the findings.
         if let Some(failure) = failures.iter().find(|failure| !failure.starts_with(VALIDATOR)) {
             return Err(self.run.failure(failure, MANAGER));
         }
@@ -128,9 +128,6 @@ impl<'a> Run<'a> {
         secs: Option<f64>,
     ) -> Result<Measured, Failure> {
         let run = &manager["run"];
-        let number = |key: &str| {
-            run[key].as_f64().ok_or_else(|| format!("the manager's figures lack {key}"))
-        };
         let simulated_secs = self.setup.secs as f64;
         let wall_secs =
             wall_secs(&self.run.log(ENGINE), self.ticks()).ok_or("the engine ended early")?;
@@ -140,16 +137,20 @@ impl<'a> Run<'a> {
             findings.into_iter().partition(|(kind, _)| kind == "contact");
         Ok(Measured {
             goals_per_sec: goals_per_sec(run, self.setup),
-            longest_without_finish_secs: number("longest_without_finish_secs")?,
-            start_ms: number("start_ms")?,
-            mean_cycle_ms: number("mean_cycle_ms")?,
-            longest_cycle_ms: number("longest_cycle_ms")?,
+            longest_without_finish_secs: number(run, "longest_without_finish_secs")?,
+            start_ms: number(run, "start_ms")?,
+            mean_cycle_ms: number(run, "mean_cycle_ms")?,
+            longest_cycle_ms: number(run, "longest_cycle_ms")?,
             manager_cores: secs.map(|secs| secs / simulated_secs),
             real_time_factor: simulated_secs / wall_secs,
             contacts: contacts.iter().map(|(_, count)| count).sum(),
             other_findings,
         })
     }
+}
+
+fn number(run: &Value, key: &str) -> Result<f64, String> {
+    run[key].as_f64().ok_or_else(|| format!("the manager's figures lack {key}"))
 }
 
 /// The stops that were finished a second between the warm-up and the end.

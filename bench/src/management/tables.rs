@@ -6,7 +6,7 @@ use super::measurement::{MAX_ACCELERATION, Measured, STALL_SECS, STALLS_PER_HOUR
 use super::parts::{self, Part, Row};
 use super::{Plan, Results};
 
-/// A bar: what a row is to reach.
+/// A bar that a row should reach.
 enum Bar {
     /// At least this part of the bound.
     OfBound(f64),
@@ -44,12 +44,12 @@ pub fn markdown(plan: &Plan, results: &Results, site: &str, environment: &str) -
          Figures are means over the seeds, with the lowest and the highest in brackets; longest \
          times are the longest of all seeds, contacts the sum. Robots of 0.9 m × 0.6 m drive from \
          one random node to the next (the load `endless: robots`, without dwell) as fast as the \
-         roads allow. Robots get orders in turn, wherever they are: given to whoever is nearest, \
-         as by default, several times as many would be carried. Some have an acceleration limit \
+         roads allow. Robots get orders in turn, wherever they are. By default the nearest robot \
+         gets an order, which would give several times as many. Some have an acceleration limit \
          of {MAX_ACCELERATION} m/s². 'Bound' is the same run with conflicts switched off: robots \
          drive through each other. 'Busy' is the part of a core that the cycles of the manager \
-         take at 10 Hz, by wall time: too much on a machine that does other work. Bars are those \
-         that the project has set itself.\n",
+         take at 10 Hz, by wall time. It is too high on a machine that does other work. The bars \
+         are those that the project has set itself.\n",
         plan.secs,
         setup.warm_up_secs(),
         seeds.join(", "),
@@ -64,7 +64,7 @@ pub fn markdown(plan: &Plan, results: &Results, site: &str, environment: &str) -
         });
     }
     if !results.failed.is_empty() {
-        text.push_str("\n## Runs that failed\n\nThey are in no figure.\n\n");
+        text.push_str("\n## Runs that failed\n\nThe figures leave these runs out.\n\n");
         for (setup, reason) in &results.failed {
             let _ = writeln!(text, "- {setup}: {reason}");
         }

@@ -57,8 +57,8 @@ impl CubicBezier {
     /// Returns the length in metres of the line through `intervals + 1` points of the curve, which
     /// is at most the curve's own.
     pub fn polyline_length(&self, intervals: u32) -> f64 {
-        let point = |i: u32| self.position(f64::from(i) / f64::from(intervals));
-        (0..intervals).map(|i| point(i).distance(point(i + 1))).sum()
+        let points = (0..=intervals).map(|i| self.position(f64::from(i) / f64::from(intervals)));
+        points.clone().zip(points.skip(1)).map(|(from, to)| from.distance(to)).sum()
     }
 
     /// Returns the point at `lambda` in [0, 1] (equation 3.7), in metres. The ends are exactly P0
@@ -207,20 +207,25 @@ fn slow_points([p, q, r]: [DVec2; 3]) -> [Option<f64>; 3] {
 /// Returns the roots in (0, 1) at which c₀ + c₁λ + c₂λ² + c₃λ³ changes from negative to positive,
 /// at most one for each monotone interval.
 fn rising_roots(c: [f64; 4]) -> [Option<f64>; 3] {
-    let value = |at: f64| c[0] + at * (c[1] + at * (c[2] + at * c[3]));
     let [first, second] =
         quadratic_roots(c[1], 2.0 * c[2], 3.0 * c[3]).map(|root| root.clamp(0.0, 1.0));
     [(0.0, first), (first, second), (second, 1.0)].map(|(low, high)| {
-        let rises = value(low) < 0.0 && value(high) > 0.0;
-        rises.then(|| bisect(low, high, value)).filter(|root| (1e-9..=1.0 - 1e-9).contains(root))
+        let rises = cubic(c, low) < 0.0 && cubic(c, high) > 0.0;
+        rises.then(|| bisect(c, low, high)).filter(|root| (1e-9..=1.0 - 1e-9).contains(root))
     })
 }
 
-/// Returns the point where `value`, negative at `low` and positive at `high`, changes its sign.
-fn bisect(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
+/// Evaluates c₀ + c₁λ + c₂λ² + c₃λ³.
+fn cubic(c: [f64; 4], lambda: f64) -> f64 {
+    c[0] + lambda * (c[1] + lambda * (c[2] + lambda * c[3]))
+}
+
+/// Returns the point where a cubic polynomial, negative at `low` and positive at `high`, changes
+/// its sign.
+fn bisect(c: [f64; 4], mut low: f64, mut high: f64) -> f64 {
     for _ in 0..60 {
         let middle = (low + high) / 2.0;
-        *(if value(middle) < 0.0 { &mut low } else { &mut high }) = middle;
+        *(if cubic(c, middle) < 0.0 { &mut low } else { &mut high }) = middle;
     }
     (low + high) / 2.0
 }

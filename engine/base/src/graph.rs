@@ -2,12 +2,6 @@
 //! between legs. The layout, which holds nodes and edges, and the motion kernel, which holds none
 //! of them, share these.
 
-use std::str::FromStr;
-
-use strum::VariantArray;
-
-use crate::name::{self, UnknownName};
-
 /// The index of a node among the nodes of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeIndex(pub u32);
@@ -36,6 +30,27 @@ pub struct Leg {
     pub gear: Gear,
 }
 
+/// A value at each end of an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ends<T> {
+    /// The value at the origin.
+    pub origin: T,
+    /// The value at the destination.
+    pub destination: T,
+}
+
+impl<T> Ends<T> {
+    /// Returns the value where the edge is entered in a gear.
+    pub fn start(self, gear: Gear) -> T {
+        if gear == Gear::Forward { self.origin } else { self.destination }
+    }
+
+    /// Returns the value where the edge is left in a gear.
+    pub fn end(self, gear: Gear) -> T {
+        if gear == Gear::Forward { self.destination } else { self.origin }
+    }
+}
+
 /// The largest difference in radians between the headings of consecutive legs that robots drive
 /// through without a turn: 5°.
 pub const SMOOTH_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -58,14 +73,6 @@ pub enum Rotation {
 }
 
 impl Rotation {
-    /// All values.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
-    /// Returns the name used in files.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns the way at a node where two edges meet. Where they contradict each other, it is the
     /// shorter one.
     #[must_use]
@@ -79,11 +86,4 @@ impl Rotation {
     }
 }
 
-impl FromStr for Rotation {
-    type Err = UnknownName;
-
-    /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        name::parse(text, "a rotation")
-    }
-}
+crate::named!(Rotation, "a rotation");

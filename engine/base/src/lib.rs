@@ -8,7 +8,8 @@
 //! // A random walk: the leg after a node depends on the seed and the number of choices so far.
 //! let (seed, choices, exits) = (7, 3, [EdgeIndex(4), EdgeIndex(9)]);
 //! let random = random::mix(seed ^ random::mix(choices)) >> 32;
-//! let leg = Leg { edge: exits[(random * exits.len() as u64 >> 32) as usize], gear: Gear::Forward };
+//! let exit = exits[(random * exits.len() as u64 >> 32) as usize];
+//! let leg = Leg { edge: exit, gear: Gear::Forward };
 //! assert!(exits.contains(&leg.edge));
 //! ```
 
@@ -17,6 +18,8 @@ pub mod graph;
 mod ln;
 pub mod name;
 pub mod random;
+pub mod round;
+pub mod rows;
 pub mod svg;
 pub mod yaml;
 

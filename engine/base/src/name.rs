@@ -1,6 +1,6 @@
 //! Names of enum values, as files and the command line give them.
 
-use strum::VariantArray;
+pub use strum::VariantArray;
 
 /// The error of parsing the name of an enum value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,6 +37,33 @@ where
     }
     let names = T::VARIANTS.iter().map(|&value| value.into()).collect();
     Err(UnknownName { text: text.to_owned(), kind, names })
+}
+
+/// Implements the names of an enum that derives `IntoStaticStr` and `VariantArray` of strum: the
+/// list `ALL` of its values, `name`, and `FromStr`, which ignores case. The second argument names
+/// the enum in errors, with an article.
+#[macro_export]
+macro_rules! named {
+    ($type:ident, $kind:literal) => {
+        impl $type {
+            /// All values.
+            pub const ALL: &[Self] = <Self as $crate::name::VariantArray>::VARIANTS;
+
+            /// Returns the name that files and the command line use.
+            pub fn name(self) -> &'static str {
+                self.into()
+            }
+        }
+
+        impl ::std::str::FromStr for $type {
+            type Err = $crate::name::UnknownName;
+
+            /// Parses a name, ignoring case.
+            fn from_str(text: &str) -> Result<Self, $crate::name::UnknownName> {
+                $crate::name::parse(text, $kind)
+            }
+        }
+    };
 }
 
 /// Returns names as in 'a, b or c'.

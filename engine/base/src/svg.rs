@@ -173,7 +173,11 @@ impl Element<'_> {
         self,
         lines: impl IntoIterator<Item = L>,
     ) -> Self {
-        self.list("d", |svg| lines.into_iter().for_each(|line| svg.push_line(line)))
+        self.list("d", |svg| {
+            for line in lines {
+                svg.push_line(line);
+            }
+        })
     }
 
     /// Writes the areas of a `path`, each with its corners.

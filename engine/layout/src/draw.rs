@@ -3,7 +3,7 @@
 mod labels;
 
 use glam::DVec2;
-use regatta_base::bezier::CubicBezier;
+use regatta_base::round;
 use regatta_base::svg::Svg;
 
 use crate::model::angle::unit;
@@ -34,8 +34,8 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
 /// they allow reverse gear. Nodes show their headings, and rings in the colours of their roles;
 /// stations are squares. Labels are names or else ids: those of nodes in grey, unless there are
-/// thousands; those of edges in the colour of the edge, if there are few. A label for which there
-/// is no room is left out. The lines of the background are grey.
+/// thousands; those of edges in the colour of the edge, if there are few. A label without room is
+/// left out. The lines of the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
     Map::new(graph).write()
 }
@@ -98,7 +98,7 @@ impl<'g> Map<'g> {
 
     /// Writes faint grid lines at round coordinates.
     fn write_grid(&self, svg: &mut Svg) {
-        let step = round_length(80.0 / self.scale);
+        let step = round::down(80.0 / self.scale);
         let (bottom, right) = (self.size.y - LEGEND, self.size.x);
         let mut lines = Vec::new();
         let west = self.bounds.min_x - MARGIN / self.scale;
@@ -118,7 +118,7 @@ impl<'g> Map<'g> {
         svg.element("path").fill("none").stroke("#e8ebef", 1).polylines(lines);
     }
 
-    /// Writes the lines that the file has besides the graph.
+    /// Writes the lines of the background.
     fn write_background(&self, svg: &mut Svg) {
         if self.graph.background().is_empty() {
             return;
@@ -187,27 +187,28 @@ impl<'g> Map<'g> {
     /// Writes the curves and arrows of one speed class. Classes are written in ascending order, so
     /// that faster edges are drawn on top.
     fn write_edges(&self, svg: &mut Svg, class: usize, colour: &str) {
-        let edges = || self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
-        if edges().next().is_none() {
+        let edges = self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
+        let edges: Vec<&Edge> = edges.collect();
+        if edges.is_empty() {
             return;
         }
         let group = svg.element("g").fill("none").stroke(colour, self.stroke());
         group.set("stroke-linecap", "round").open();
-        for edge in edges() {
+        for edge in &edges {
             let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
             let curves = cubics.map(|points| points.map(|point| self.pixel(point)));
             svg.element("path").curves([curves]);
         }
         svg.close();
-        let arrows = edges().filter(|edge| self.has_room(edge, 2.2));
+        let arrows = edges.iter().filter(|edge| self.has_room(edge, 2.2));
         let arrows = arrows.map(|edge| self.arrow_corners(&edge.path, 0.5, 1.0));
         svg.element("path").fill(colour).polygons(arrows);
     }
 
     fn write_reverse_arrows(&self, svg: &mut Svg) {
-        let reversible = |edge: &&Edge| edge.reverse_speed.is_some() && self.has_room(edge, 4.5);
-        let edges = self.graph.edges().iter().filter(reversible);
-        let arrows = edges.map(|edge| self.arrow_corners(&edge.path, 0.28, -0.7));
+        let reversible = self.graph.edges().iter().filter(|edge| edge.reverse_speed.is_some());
+        let with_room = reversible.filter(|edge| self.has_room(edge, 4.5));
+        let arrows = with_room.map(|edge| self.arrow_corners(&edge.path, 0.28, -0.7));
         svg.element("path").fill("#e07b39").polygons(arrows);
     }
 
@@ -242,11 +243,11 @@ impl<'g> Map<'g> {
 
     /// Writes the scale bar, the counts and the colours of the speeds.
     fn write_legend(&self, svg: &mut Svg) {
-        let (top, bar) = (self.size.y - LEGEND, round_length(120.0 / self.scale));
+        let (top, bar) = (self.size.y - LEGEND, round::down(120.0 / self.scale));
         let (line, end) = (top + 16.0, MARGIN + bar * self.scale);
         svg.line(DVec2::new(0.0, top), DVec2::new(self.size.x, top)).stroke("#d5dae0", 1);
-        let tick = |x| [DVec2::new(x, line - 4.0), DVec2::new(x, line + 4.0)];
-        let scale = [[DVec2::new(MARGIN, line), DVec2::new(end, line)], tick(MARGIN), tick(end)];
+        let ticks = [MARGIN, end].map(|x| [DVec2::new(x, line - 4.0), DVec2::new(x, line + 4.0)]);
+        let scale = [[DVec2::new(MARGIN, line), DVec2::new(end, line)], ticks[0], ticks[1]];
         svg.element("path").fill("none").stroke(INK, 1.5).polylines(scale);
         svg.element("g").fill(INK).open();
         svg.text(DVec2::new(MARGIN, line + 18.0)).content(format_args!("{bar} m"));
@@ -274,24 +275,14 @@ impl<'g> Map<'g> {
     }
 }
 
-/// Estimates the length of a curve as the mean of its chord and its control polygon; accurate
-/// enough to choose sizes.
+/// Estimates the length of a path. The length of a cubic is the mean of its chord and its control
+/// polygon, which is accurate enough to choose sizes.
 fn approximate_length(path: &Path) -> f64 {
-    let of = |cubic: &CubicBezier| {
-        let [p0, p1, p2, p3] = cubic.control_points;
+    let cubics = path.cubics().map(|cubic| cubic.control_points);
+    let lengths = cubics.map(|[p0, p1, p2, p3]| {
         (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
-    };
-    path.cubics().map(of).sum()
-}
-
-/// Rounds down to 1, 2 or 5 times a power of ten.
-fn round_length(length: f64) -> f64 {
-    let power = 10f64.powf(length.log10().floor());
-    [5.0, 2.0]
-        .into_iter()
-        .map(|factor| factor * power)
-        .find(|&round| round <= length)
-        .unwrap_or(power)
+    });
+    lengths.sum()
 }
 
 fn role_colour(role: Role) -> &'static str {
@@ -338,13 +329,5 @@ mod tests {
             Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n";
         let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         assert!(!map.contains("NaN") && !map.contains("inf"));
-    }
-
-    #[test]
-    fn lengths_are_rounded_down_to_round_numbers() {
-        assert_eq!(
-            [0.9, 1.0, 4.9, 5.0, 99.0].map(round_length).map(|length| (length * 10.0).round()),
-            [5.0, 10.0, 20.0, 50.0, 500.0]
-        );
     }
 }

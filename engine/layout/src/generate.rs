@@ -100,9 +100,9 @@ impl Warehouse {
         self.text(false)
     }
 
-    /// As [`generate`](Self::generate), with chargers in bays beside the ring road: for each row of
-    /// racks one for every three bays on either side. Robots drive through a charging bay without
-    /// passing another robot.
+    /// As [`generate`](Self::generate), with chargers in bays beside the ring road. Each row of
+    /// racks has one charger for every three bays on either side. Robots drive through a charging
+    /// bay without passing another robot.
     ///
     /// # Errors
     /// As [`generate`](Self::generate).
@@ -185,7 +185,7 @@ impl Grid {
             }
         }
         if self.columns == 2 && self.rows == 2 {
-            // A two-way ring without inner streets has no place to turn: its two directions would
+            // Robots can't turn in a two-way ring without inner streets: its two directions would
             // be separate graphs.
             (rows[0].directions, columns[1].directions) =
                 (Directions::Ascending, Directions::Ascending);

@@ -40,5 +40,5 @@ pub use model::tags::{Orientation, Role, Station, Tags};
 pub use read::file::{BackgroundError, GraphError, MAX_FILE_BYTES, read_file, read_stream};
 pub use read::{companions, parse, parse_fixed, read};
 pub use regatta_base::bezier::CubicBezier;
-pub use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, Rotation, SMOOTH_TURN};
+pub use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, NodeIndex, Rotation, SMOOTH_TURN};
 pub use write::write;

@@ -1,9 +1,8 @@
 //! Readers of layouts: our own files, and those of other systems.
 //!
-//! A reader of another format turns the text of a file into a [`layout::Layout`]:
-//! everything that it understands, with the file's own ids. It reports what it doesn't understand,
-//! once per kind. From there on, layouts take the same way as our own files: [`read()`] validates
-//! them.
+//! A reader of another format turns the text of a file into a [`layout::Layout`] with the file's
+//! own ids. It reports unknown content once per kind. Then [`read()`] validates the layout like our
+//! own files.
 
 mod csv;
 mod detect;
@@ -61,7 +60,7 @@ impl ReadOptions {
     }
 }
 
-/// The formats that have levels, or say that theirs can't be chosen.
+/// The formats whose readers handle the option `level`. Some report that levels can't be chosen.
 const LEVEL_FORMATS: [Format; 6] = [
     Format::Lif,
     Format::OpenRmf,
@@ -93,11 +92,11 @@ pub fn parse(
     finish(raw, options, report)
 }
 
-/// As [`parse`], after mending what has one obvious answer. Also returns what was mended, one line
-/// each.
+/// As [`parse`], after repairing errors that have one obvious correction. Also returns the repairs,
+/// one line each.
 ///
 /// # Errors
-/// As [`parse`], for what can't be mended.
+/// As [`parse`], for errors that can't be repaired.
 pub fn parse_fixed(
     text: &str,
     name: &str,
@@ -118,7 +117,7 @@ fn parse_raw<'text>(
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     reject_hostile(text, name)?;
     let format = options.format.unwrap_or_else(|| Format::detect(text));
-    // Only our own reader reads large files part by part.
+    // Only the reader of our own format reads large files part by part.
     let parts = if format == Format::Regatta { regatta::parts_of_large(text) } else { None };
     if format.is_yaml() {
         reject_deep_nesting(text, name)?;
@@ -156,7 +155,7 @@ fn with_other_format(error: SyntaxError, text: &str, options: &ReadOptions) -> S
     SyntaxError { message, ..error }
 }
 
-/// Validates what a reader has read.
+/// Validates the graph that a reader has made.
 fn finish(
     mut raw: RawGraph,
     options: &ReadOptions,
@@ -177,7 +176,6 @@ fn finish(
 
 /// Rejects texts that can't be a route graph.
 fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
-    let file = || name.to_owned();
     if text.len() as u64 > MAX_FILE_BYTES {
         return Err(too_large(name));
     }
@@ -185,7 +183,7 @@ fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
         return Err(not_text(name, text.as_bytes(), at));
     }
     if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
-        return Err(GraphError::Empty { file: file() });
+        return Err(GraphError::Empty { file: name.to_owned() });
     }
     Ok(())
 }
@@ -255,8 +253,8 @@ pub(crate) fn read_layout<'text>(
     }
 }
 
-/// Returns the other files that a layout needs beside it: the picture of a ROS map, the second of
-/// two tables.
+/// Returns the other files that a layout needs: the picture of a ROS map, or the second of two
+/// tables.
 pub fn companions(path: &Path) -> Vec<PathBuf> {
     csv::sibling(path).into_iter().chain(ros_map::picture(path)).collect()
 }

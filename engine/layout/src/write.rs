@@ -17,12 +17,12 @@ use crate::model::route_graph::RouteGraph;
 /// The largest number of straight segments for one cubic.
 const MAX_SEGMENTS: f64 = 64.0;
 
-/// The parts of a graph that a format can't express: their numbers by description.
+/// The parts of a graph that a format can't express, with their numbers by description.
 #[derive(Debug, Default)]
 struct Losses(BTreeMap<Cow<'static, str>, usize>);
 
 impl Losses {
-    /// Counts one more loss; `message` follows its number, so that it begins with a plural.
+    /// Counts one more loss. `message` begins with a plural, because it follows the number.
     fn add(&mut self, message: impl Into<Cow<'static, str>>) {
         self.add_many(1, message);
     }
@@ -43,7 +43,7 @@ impl Losses {
     }
 }
 
-/// Returns the number of straight segments that are as close to a cubic as the tolerance in metres.
+/// Returns the number of straight segments that approximate a cubic within a tolerance in metres.
 fn segments(cubic: &CubicBezier, tolerance: f64) -> u32 {
     let bend = cubic.second_derivative(0.0).length().max(cubic.second_derivative(1.0).length());
     // The distance of a chord of a parameter interval h is at most h² |p''| / 8.

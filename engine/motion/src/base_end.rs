@@ -21,8 +21,8 @@ const NEVER_BINDING: f32 = f32::MAX / 4.0;
 const EARLY: f32 = 1e-6;
 
 impl Motion {
-    /// Computes what the columns hold of a row's base: `stop`, `rest` and `brake`. Must follow
-    /// every change of its leg or route.
+    /// Computes the columns of a row's base: `stop`, `rest` and `brake`. It must follow every
+    /// change of the leg or the route.
     pub fn update_base(&self, rows: &mut Rows, row: usize) {
         if rows.limits.is_none() {
             return;

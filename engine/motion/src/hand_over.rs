@@ -4,10 +4,10 @@
 use regatta_base::graph::{EdgeIndex, Leg, NodeIndex};
 
 use super::Motion;
-use super::block::RowList;
 use super::frame::{Event, EventSink};
 use super::pieces::PieceIndex;
 use super::routes::{BaseEnd, RouteCursor};
+use super::rows::RowList;
 use super::rows::Rows;
 use crate::frame::{NO_EDGE, RobotState};
 

@@ -9,7 +9,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use regatta_base::graph::{EdgeIndex, Gear, Leg, Rotation, SMOOTH_TURN};
+use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, Rotation, SMOOTH_TURN};
 
 use super::atan2::{BELOW_PI, atan2};
 use super::leg_table::LegTable;
@@ -80,8 +80,8 @@ pub(super) fn turn_between(from: f32, to: f32, rotation: Rotation) -> f32 {
 pub struct EdgeHeading {
     /// The heading along the edge.
     pub rule: HeadingRule,
-    /// The way to turn on the spot at its origin and at its destination.
-    pub rotation: [Rotation; 2],
+    /// The way to turn on the spot at its ends.
+    pub rotation: Ends<Rotation>,
 }
 
 /// The headings of robots on the edges of a graph. They are the same in both gears.
@@ -89,18 +89,19 @@ pub struct EdgeHeading {
 pub struct EdgeHeadings {
     /// By edge.
     rules: Vec<HeadingRule>,
-    /// By edge: the headings at its origin and at its destination, as in frames.
-    ends: Vec<[f32; 2]>,
-    /// By edge: the way to turn at its origin and at its destination.
-    rotations: Vec<[Rotation; 2]>,
+    /// By edge: the headings at its ends, as in frames.
+    ends: Vec<Ends<f32>>,
+    /// By edge: the way to turn at its ends.
+    rotations: Vec<Ends<Rotation>>,
 }
 
 impl EdgeHeadings {
     /// Computes the headings at the ends of all edges.
     pub fn new(legs: &LegTable, edges: &[EdgeHeading]) -> Self {
-        let ends = (0..)
-            .zip(edges)
-            .map(|(edge, at)| tangents(legs, EdgeIndex(edge)).map(|angle| at.rule.heading(angle)));
+        let ends = (0..).zip(edges).map(|(edge, at)| {
+            let [origin, destination] = tangents(legs, EdgeIndex(edge));
+            Ends { origin: at.rule.heading(origin), destination: at.rule.heading(destination) }
+        });
         Self {
             ends: ends.collect(),
             rotations: edges.iter().map(|edge| edge.rotation).collect(),
@@ -114,25 +115,20 @@ impl EdgeHeadings {
 
     /// Returns the heading of a robot at the start of a leg.
     pub(super) fn start(&self, leg: Leg) -> f32 {
-        let [origin, destination] = self.ends[leg.edge.0 as usize];
-        if leg.gear == Gear::Forward { origin } else { destination }
+        self.ends[leg.edge.0 as usize].start(leg.gear)
     }
 
     /// Returns the way to turn from one leg to the next; without the former, the robot stands on a
     /// node.
     pub(super) fn rotation(&self, from: Option<Leg>, to: Leg) -> Rotation {
-        let [origin, destination] = self.rotations[to.edge.0 as usize];
-        let at_start = if to.gear == Gear::Forward { origin } else { destination };
+        let at_start = self.rotations[to.edge.0 as usize].start(to.gear);
         let Some(from) = from else { return Rotation::Shorter.and(at_start) };
-        let [origin, destination] = self.rotations[from.edge.0 as usize];
-        let at_end = if from.gear == Gear::Forward { destination } else { origin };
-        at_end.and(at_start)
+        self.rotations[from.edge.0 as usize].end(from.gear).and(at_start)
     }
 
     /// Returns the heading of a robot at the end of a leg.
     pub(super) fn end(&self, leg: Leg) -> f32 {
-        let [origin, destination] = self.ends[leg.edge.0 as usize];
-        if leg.gear == Gear::Forward { destination } else { origin }
+        self.ends[leg.edge.0 as usize].end(leg.gear)
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
+use regatta_base::rows::Rows;
 
 use super::piece::{Piece, PieceInfo};
 use super::pieces::{MAX_PIECES, PieceIndex};
@@ -83,9 +84,8 @@ pub struct LegTable {
     rests: Vec<f32>,
     /// By edge and gear.
     legs: Vec<CompiledLeg>,
-    /// Edges that start at a node: `exits[exits_start[n]..exits_start[n + 1]]`.
-    exits: Vec<EdgeIndex>,
-    exits_start: Vec<u32>,
+    /// The edges that start at each node.
+    exits: Rows<EdgeIndex>,
     /// By edge: position among its destination's exits of the edge that leads straight back, or
     /// `u32::MAX`.
     return_exits: Vec<u32>,
@@ -112,10 +112,10 @@ impl LegTable {
         });
         let legs = all_legs.clone().map(|leg| compile_leg(edges, &tracks, leg)).collect();
         let (spans, rests) = compile_pieces(&tracks, all_legs);
-        let (exits, exits_start) = exits(node_ids.len(), edges);
+        let exits = edges.iter().map(|edge| edge.origin.0).zip((0..).map(EdgeIndex)).collect();
+        let exits = Rows::by_row(node_ids.len(), exits);
         let (return_exits, closed) = (Vec::new(), BTreeSet::new());
-        let mut table =
-            Self { node_ids, tracks, spans, rests, legs, exits, exits_start, return_exits, closed };
+        let mut table = Self { node_ids, tracks, spans, rests, legs, exits, return_exits, closed };
         table.return_exits =
             edges.iter().map(|edge| table.return_exit(edge.origin, edge.destination)).collect();
         Ok(table)
@@ -259,8 +259,7 @@ impl LegTable {
     }
 
     fn exits_of(&self, node: NodeIndex) -> &[EdgeIndex] {
-        let node = node.0 as usize;
-        &self.exits[self.exits_start[node] as usize..self.exits_start[node + 1] as usize]
+        self.exits.row(node.0)
     }
 
     fn return_exit(&self, origin: NodeIndex, destination: NodeIndex) -> u32 {
@@ -319,20 +318,6 @@ fn compile_pieces(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<Piec
         node.length_and_last = PieceSpan::LAST;
     }
     (spans, rests)
-}
-
-/// Returns all edges by the node that they start at, and for each node where its edges begin.
-fn exits(nodes: usize, edges: &[Edge]) -> (Vec<EdgeIndex>, Vec<u32>) {
-    let mut exits: Vec<_> = (0..edges.len() as u32).map(EdgeIndex).collect();
-    exits.sort_by_key(|edge| edges[edge.0 as usize].origin);
-    let mut start = vec![0; nodes + 1];
-    for edge in edges {
-        start[edge.origin.0 as usize + 1] += 1;
-    }
-    for node in 0..nodes {
-        start[node + 1] += start[node];
-    }
-    (exits, start)
 }
 
 #[cfg(test)]

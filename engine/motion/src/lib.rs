@@ -30,8 +30,8 @@
 //!
 //! use regatta_base::graph::{Gear, NodeIndex};
 //! use regatta_motion::{
-//!     Distance, Edge, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Piece, PieceInfo, Plans,
-//!     SpeedVariation, SupportedIsa, TimeStep, Tracks,
+//!     Distance, Edge, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Piece, PieceInfo,
+//!     Plans, SpeedVariation, SupportedIsa, TimeStep, Tracks,
 //! };
 //!
 //! // One edge from (0, 0) to (4, 0): a single piece. A piece counts the distance from its end.
@@ -62,10 +62,8 @@
 //! assert_eq!(pose, [3.0, 0.0, 0.0]);
 //! ```
 
-mod aligned_vec;
 mod atan2;
 mod base_end;
-mod block;
 mod frame;
 mod hand_over;
 mod headings;
@@ -81,8 +79,6 @@ mod tracks;
 mod turning;
 mod vector;
 
-pub use aligned_vec::{AlignedVec, ROW_GROUP};
-pub use block::BLOCK;
 pub use frame::{Event, EventSink, NO_EDGE, PoseColumns, RobotState};
 pub use headings::{EdgeHeading, EdgeHeadings, HeadingRule};
 pub use isa::{Isa, ParseIsaError, SupportedIsa};
@@ -91,10 +87,10 @@ pub use piece::{Distance, Piece, PieceInfo, TimeStep};
 pub use pieces::{MAX_PIECES, PieceColumn, PieceIndex, PieceRows};
 pub use profile::{KinematicLimits, SpeedVariation, UNLIMITED};
 pub use routes::{BaseEnd, Plans, Route, RouteCursor};
-pub use rows::{HeadingRows, LimitRows, Rows, leg_of};
+pub use rows::{AlignedVec, BLOCK, HeadingRows, LimitRows, ROW_GROUP, Rows, leg_of};
 pub use tracks::{Track, Tracks};
 
-use self::block::{BlockLists, RowList};
+use self::rows::{BlockLists, RowList};
 use self::vector::{Cached, StoreMode, StreamFence};
 
 /// Frames (or a thread's part of one) with at least this many rows are stored past the cache: their

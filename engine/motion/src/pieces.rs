@@ -1,10 +1,10 @@
 //! Indices of pieces, and the column that holds one per robot.
 //!
 //! The vector code reads the piece of every robot on every tick, without a bounds check. That is
-//! sound because of one invariant, which this module alone can write to: a [`PieceColumn`] is made
-//! for a table of a certain length, and every value in it is the index of a piece below that
-//! length. Writes check it; they happen only when a robot comes to another piece. A lookup checks
-//! once per block that the table is at least as long as the column's.
+//! sound because of one invariant, which only this module can affect: a [`PieceColumn`] is made for
+//! a table of a certain length, and every value in it is the index of a piece below that length.
+//! Writes check it; they happen only when a robot comes to another piece. A lookup checks once per
+//! block that the table is at least as long as the column's.
 #![allow(
     unsafe_code,
     reason = "reads of pieces without a bounds check; this module upholds their invariant"
@@ -12,7 +12,7 @@
 
 use regatta_base::graph::Gear;
 
-use super::aligned_vec::AlignedVec;
+use super::rows::AlignedVec;
 use crate::piece::Piece;
 
 /// Bit of a [`PieceIndex`] that is set in reverse gear. It is also the sign bit of an `f32`, which
@@ -22,7 +22,7 @@ pub(super) const REVERSE: u32 = 1 << 31;
 /// Bits of a [`PieceIndex`] that hold the row: so few that the row's offset in bytes fits 32 bits.
 const ROW_BITS: u32 = (1 << 27) - 1;
 
-/// The most pieces that a [`PieceIndex`] can tell apart.
+/// The maximum number of pieces for a [`PieceIndex`].
 pub const MAX_PIECES: usize = ROW_BITS as usize + 1;
 
 /// Row of a piece in a [`LegTable`](super::leg_table::LegTable), and the gear in which a robot

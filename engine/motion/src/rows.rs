@@ -1,10 +1,15 @@
-//! Consecutive rows of the fleet's columns, as the stages of a tick read and write them.
+//! Consecutive rows of the fleet's columns, as the stages of a tick read and write them, the memory
+//! of a column, and lists of rows.
 
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+
+use bytemuck::Pod;
 use regatta_base::graph::{EdgeIndex, Leg};
 
 use super::pieces::{PieceIndex, PieceRows};
 use super::routes::Route;
-use crate::frame::{NO_EDGE, RobotState};
+use crate::frame::{Line, NO_EDGE, RobotState};
 
 /// Makes two structs of columns from the two halves of each column.
 macro_rules! split_fields {
@@ -158,5 +163,107 @@ impl HeadingRows<'_> {
             offset: self.offset.split_at_mut(count),
             rate: self.rate.split_at_mut(count),
         }
+    }
+}
+
+/// Rows by which a column grows, so that every column is a whole number of cache lines.
+pub const ROW_GROUP: usize = 64;
+
+/// A vector that starts on a cache line and grows by groups of [`ROW_GROUP`] rows.
+#[derive(Debug)]
+pub struct AlignedVec<T> {
+    lines: Vec<Line>,
+    values: PhantomData<T>,
+}
+
+impl<T: Pod> AlignedVec<T> {
+    /// Makes a vector without rows.
+    pub const fn new() -> Self {
+        Self { lines: Vec::new(), values: PhantomData }
+    }
+
+    /// Reserves memory for that many groups in total, and no more than they need.
+    pub fn reserve(&mut self, groups: usize) {
+        self.lines.reserve_exact((groups * size_of::<T>()).saturating_sub(self.lines.len()));
+    }
+
+    /// Resizes to that many groups; new rows get `value`.
+    pub fn resize(&mut self, groups: usize, value: T) {
+        let before = self.len();
+        self.lines.resize(groups * size_of::<T>(), Line::default());
+        if let Some(new) = self.get_mut(before..) {
+            new.fill(value);
+        }
+    }
+}
+
+impl<T: Pod> Default for AlignedVec<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Pod> Deref for AlignedVec<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        bytemuck::cast_slice(&self.lines)
+    }
+}
+
+impl<T: Pod> DerefMut for AlignedVec<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        bytemuck::cast_slice_mut(&mut self.lines)
+    }
+}
+
+/// Rows in a block. Fixed, because events are ordered by block.
+pub const BLOCK: usize = 1024;
+
+/// Some rows of a block, in ascending order.
+#[derive(Debug)]
+pub(super) struct RowList {
+    pub rows: [u16; BLOCK],
+    pub len: usize,
+}
+
+impl RowList {
+    pub const fn new() -> Self {
+        Self { rows: [0; BLOCK], len: 0 }
+    }
+
+    pub fn push(&mut self, row: usize) {
+        self.rows[self.len] = row as u16;
+        self.len += 1;
+    }
+
+    /// Lists a row for every bit that is set; bit 0 stands for row `first`.
+    #[inline]
+    pub fn push_bits(&mut self, first: usize, mut bits: u32) {
+        while bits != 0 {
+            self.push(first + bits.trailing_zeros() as usize);
+            bits &= bits - 1;
+        }
+    }
+
+    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rows[..self.len].iter().map(|&row| usize::from(row))
+    }
+}
+
+/// The rows of a block that stage 1 lists.
+#[derive(Debug)]
+pub(super) struct BlockLists {
+    /// Robots that reach the end of their piece.
+    pub arrived: RowList,
+    /// Robots with limits that come to a stop.
+    pub stopped: RowList,
+    /// Robots in blocks with limits that may reach the end of their leg. Stage 1 doesn't move them.
+    pub near_leg_end: RowList,
+}
+
+impl BlockLists {
+    pub const fn new() -> Self {
+        Self { arrived: RowList::new(), stopped: RowList::new(), near_leg_end: RowList::new() }
     }
 }

@@ -1,10 +1,10 @@
 //! The stages of a tick, row by row: the reference that the vector code has to match bit by bit.
 
 use super::atan2::atan2;
-use super::block::{BlockLists, RowList};
 use super::headings::HeadingRule;
 use super::profile::brake_speed;
 use super::rows::Rows;
+use super::rows::{BlockLists, RowList};
 use crate::frame::PoseColumns;
 use crate::piece::{Distance, Piece, TimeStep, slope, value};
 

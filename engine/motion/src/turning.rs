@@ -8,11 +8,11 @@
 
 use regatta_base::graph::{EdgeIndex, Leg, Rotation};
 
-use super::block::RowList;
 use super::frame::EventSink;
 use super::headings::{HeadingRule, NEGLIGIBLE_TURN, SMOOTH, tangent_angle, turn_between, wrap};
 use super::pieces::PieceIndex;
 use super::profile::brake_speed;
+use super::rows::RowList;
 use super::rows::Rows;
 use super::{KinematicLimits, Motion};
 use crate::frame::RobotState;

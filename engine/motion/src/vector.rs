@@ -4,7 +4,8 @@
 //! set ([`lanes`]). The operations and their order are those of [`scalar`], so the bits are the
 //! same.
 //!
-//! `unsafe` code calls what the machine was found to have, stores past the cache and prefetches.
+//! `unsafe` code calls functions for the detected instruction set, stores past the cache, and
+//! prefetches.
 #![allow(
     unsafe_code,
     reason = "calls of code for instruction sets, stores past the cache and prefetches"
@@ -12,17 +13,16 @@
 
 mod kernel;
 mod lanes;
-mod prefetch;
-mod stream;
+mod memory;
 
 use crate::frame::PoseColumns;
 
 use self::kernel::kernel;
-use self::prefetch::prefetch;
-pub(super) use self::stream::{Cached, StoreMode, StreamFence};
-use super::block::{BlockLists, RowList};
+use self::memory::prefetch;
+pub(super) use self::memory::{Cached, StoreMode, StreamFence};
 use super::isa::KernelVariant;
 use super::rows::Rows;
+use super::rows::{BlockLists, RowList};
 use super::{Motion, scalar};
 
 #[cfg(target_arch = "x86_64")]
@@ -112,7 +112,7 @@ impl Motion {
         );
     }
 
-    /// Prefetches what the hand-over of these rows reads.
+    /// Prefetches the data that the hand-over of these rows reads.
     pub(super) fn prefetch(&self, block: &Rows, listed: &RowList) {
         for row in listed.rows() {
             prefetch(&self.legs.spans()[block.piece.get(row).row()]);

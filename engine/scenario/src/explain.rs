@@ -1,14 +1,13 @@
 //! Errors of the YAML of a scenario, in words that name its entries instead of the program's types,
 //! and suggestions for misspelt names.
 //!
-//! The code that serde derives finds out what is wrong, and words it for programmers. These words
-//! are fixed by the provided methods of the trait `serde::de::Error`, which makes them safe to take
-//! apart. Messages that aren't of serde (YAML that can't be read at all, for example) stay as they
-//! are.
+//! The code that serde derives finds the problem, and describes it for programmers. The provided
+//! methods of the trait `serde::de::Error` fix these texts, so they can be parsed safely. Messages
+//! from elsewhere, such as those about invalid YAML, stay as they are.
 
 use std::fmt;
 
-/// A problem of a scenario file: where it is, what it is, and what to do.
+/// A problem of a scenario file: its place, the problem, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct YamlProblem {
     /// The line, from 1, if it is known.
@@ -20,7 +19,7 @@ pub struct YamlProblem {
 }
 
 impl fmt::Display for YamlProblem {
-    /// Writes what follows the name of the file in a message.
+    /// Writes the part of a message after the name of the file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
@@ -65,7 +64,7 @@ fn place(path: &str) -> String {
     steps.collect::<Vec<_>>().join(", ")
 }
 
-/// The keys of a route graph, which tell that the file isn't a scenario.
+/// The keys of a route graph. They show that the file isn't a scenario.
 pub(super) const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
 
 /// The keys of a scenario.

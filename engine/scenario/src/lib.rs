@@ -20,8 +20,8 @@
 //! ```
 
 mod count;
+mod default_scenario;
 mod explain;
-mod made_up;
 mod read;
 mod resolve;
 mod robot_type;
@@ -33,8 +33,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use count::{ParseRobotCountError, RobotCount};
+pub use default_scenario::default_scenario;
 pub use explain::{YamlProblem, closest};
-pub use made_up::made_up_scenario;
 pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use robot_type::{Battery, ChargeRange, RobotType, Shape};
@@ -71,8 +71,8 @@ pub struct Scenario {
     pub source: Source,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
-    /// Whether the file was a layout, for which the rest was made up.
-    pub is_made_up: bool,
+    /// Whether the file was a layout, so that the rest is that of the default scenario.
+    pub is_default: bool,
 }
 
 /// The text of a scenario.
@@ -145,7 +145,7 @@ pub enum Start {
 /// Settings of a command line that override those of the scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// The options of reading the layout; those that are not set are as in the scenario.
+    /// The options of reading the layout. Options that aren't set are those of the scenario.
     pub layout: ReadOptions,
     /// The number of ticks per simulated second.
     pub rate: Option<f64>,
@@ -177,7 +177,7 @@ pub enum ScenarioError {
     Yaml {
         /// The file.
         path: PathBuf,
-        /// The line, the entry, and what is wrong with it.
+        /// The line, the entry, and its problem.
         problem: YamlProblem,
         /// The YAML reader's error.
         source: serde_yaml::Error,

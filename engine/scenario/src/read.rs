@@ -11,8 +11,8 @@ use regatta_layout::{
 };
 use serde::de::{DeserializeOwned, IgnoredAny};
 
+use super::default_scenario::default_scenario;
 use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, closest, explain};
-use super::made_up::made_up_scenario;
 use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
 
@@ -125,9 +125,9 @@ impl Scenario {
         let (graph, findings) =
             layout::parse(text, &name.display().to_string(), &overrides.layout)?;
         let file = name.file_name().unwrap_or_default().to_string_lossy();
-        let text = made_up_scenario(&graph, &file, &overrides.layout);
+        let text = default_scenario(&graph, &file, &overrides.layout);
         let scenario = Self::parse(&text, name, overrides, |_, _| Ok((graph, findings)))?;
-        Ok(Self { is_made_up: true, ..scenario })
+        Ok(Self { is_default: true, ..scenario })
     }
 
     fn parse(
@@ -154,8 +154,8 @@ impl Scenario {
     }
 }
 
-/// Returns how to read the layout of a scenario: as the command line says, else as the scenario
-/// says.
+/// Returns the options of reading the layout of a scenario. Those of the command line override
+/// those of the scenario.
 fn layout_options(
     entry: &LayoutEntry,
     overrides: &ReadOptions,

@@ -22,8 +22,8 @@ use super::{
 /// The range of ticks per simulated second.
 const RATES: RangeInclusive<f64> = 1.0..=20_000.0;
 
-/// Resolves the names in `file`, which was read from `source`, and checks its values. Warnings about
-/// the graph are left out.
+/// Resolves the names in `file`, which was read from `source`, and checks its values. Warnings
+/// about the graph are left out.
 ///
 /// # Errors
 /// If a value is invalid; the message names the entry.
@@ -67,7 +67,7 @@ pub(super) fn resolve(
         viewer: file.viewer,
         source,
         warnings,
-        is_made_up: false,
+        is_default: false,
     })
 }
 

@@ -58,7 +58,7 @@ fn default_rate() -> f64 {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LayoutEntry {
-    /// The format; told by its content by default.
+    /// The format; detected by the content by default.
     pub format: Option<String>,
     /// The level (floor) or layout to read; all by default.
     pub level: Option<String>,
@@ -105,7 +105,7 @@ impl de::Visitor<'_> for NodeKeyVisitor {
     }
 }
 
-/// The role and the name of a node; those that are not given are as in the graph.
+/// The role and the name of a node. If absent, they are those of the graph.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NodeEntry {
@@ -246,7 +246,7 @@ pub enum PluginEntry {
     Detailed(PluginCommand),
 }
 
-// Not derived: `untagged` loses what is wrong inside of the map.
+// Not derived: `untagged` loses the problem inside of the map.
 impl<'de> Deserialize<'de> for PluginEntry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(PluginVisitor)

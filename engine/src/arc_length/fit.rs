@@ -6,8 +6,8 @@
 //!
 //! Where the curve stops and turns back (a cusp, p' = 0) it has no continuous heading: a piece ends
 //! there, and the heading turns by π between that piece and the next. A curve that turns within a
-//! few units of [`Distance`] likewise turns in steps. The bounds on heading and |p'(w)| hold
-//! wherever the radius of curvature is 30 µm or more.
+//! few units of [`Distance`] also turns in steps. The bounds on heading and |p'(w)| hold wherever
+//! the radius of curvature is 30 µm or more.
 
 use glam::DVec2;
 use regatta_base::bezier::{CubicBezier, Side, Velocity};

@@ -21,7 +21,8 @@ const SMALLEST_RADIUS: f64 = 30e-6;
 fn graph_of(curve: CubicBezier, thetas: [f64; 2]) -> RouteGraph {
     let [p0, .., p3] = curve.control_points;
     let node = Node::new;
-    let edge = Edge::new(1, [NodeIndex(0), NodeIndex(1)], curve, (1.0, Some(0.5)));
+    let edge = Edge::new(1, NodeIndex(0), NodeIndex(1), curve, 1.0);
+    let edge = Edge { reverse_speed: Some(0.5), ..edge };
     RouteGraph::from_valid_parts(vec![node(1, p0, thetas[0]), node(2, p3, thetas[1])], vec![edge])
 }
 

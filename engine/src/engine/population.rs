@@ -232,7 +232,8 @@ mod tests {
         ];
         let cubics = [0, 1].map(|part| CubicBezier::straight(corners[part], corners[part + 1]));
         let path = Path::from_cubics(&cubics).expect("two cubics");
-        let mut edge = Edge::new(7, [NodeIndex(0), NodeIndex(1)], path, (1.5, Some(0.5)));
+        let mut edge = Edge::new(7, NodeIndex(0), NodeIndex(1), path, 1.5);
+        edge.reverse_speed = Some(0.5);
         edge.orientation = Orientation::Fixed(1.0);
         let graph =
             RouteGraph::from_valid_parts(nodes, vec![edge]).with_origin(DVec2::new(3.5e6, -1.0));

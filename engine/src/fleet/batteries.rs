@@ -1,8 +1,8 @@
 //! Batteries: robots drain them, and chargers charge them.
 //!
 //! Charges are whole microjoules, so that their sums are exact. They change once in a period of
-//! about a tenth of a second, by what a robot is doing then: a large fleet must not pay for them in
-//! every tick.
+//! about a tenth of a second, by the robot's state at that time. A large fleet must not pay for
+//! them in every tick.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use super::{EventBuffer, Fleet};
 /// The time between two changes of charges, unless a tick is longer.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// A flat robot goes on when it has been charged to this part of its capacity.
+/// A flat robot continues when it has been charged to this part of its capacity.
 const ENOUGH_TO_GO_ON: u64 = 100;
 
 const MICROJOULES_PER_WATT_HOUR: f64 = 3.6e9;
@@ -122,7 +122,7 @@ impl Fleet {
         }
     }
 
-    /// Changes the charge of a robot by a period of what it does. Returns the level afterwards;
+    /// Changes the charge of a robot by one period in its state. Returns the level afterwards;
     /// `None` without a battery.
     fn drain_battery(&mut self, robot: u32) -> Option<BatteryLevel> {
         let row = robot as usize;

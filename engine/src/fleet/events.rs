@@ -3,7 +3,7 @@
 use regatta_motion::{Event, EventSink};
 use regatta_plugin::event::{EventKind, EventRecord};
 
-/// The events of one tick, up to a limit. Those beyond the limit are counted.
+/// The events of one tick, up to a limit. Events beyond the limit are only counted.
 #[derive(Clone, Debug)]
 pub struct EventBuffer {
     records: Vec<EventRecord>,

@@ -27,7 +27,7 @@ pub fn check_size(graph: &RouteGraph) -> Result<(), FleetError> {
     }
 }
 
-/// Returns the memory that is left, in bytes, where the system tells it.
+/// Returns the available memory in bytes; `None` if the system doesn't report it.
 fn available_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

@@ -107,7 +107,7 @@ impl Fleet {
         });
     }
 
-    /// Checks whether a robot of a type can be put there, and returns where exactly that is.
+    /// Checks whether a robot of a type can be put there. Returns the exact position.
     pub(super) fn check_spawn(
         &self,
         placement: Placement,
@@ -198,7 +198,7 @@ pub(super) struct SpawnPoint {
     piece: PieceIndex,
     edge: Option<u32>,
     w: i32,
-    /// The node from which its route goes on.
+    /// The node from which its route continues.
     ahead: NodeIndex,
 }
 

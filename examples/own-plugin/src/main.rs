@@ -31,7 +31,7 @@ impl Plugin for Standing {
     fn on_frame(&mut self, frame: &Frame) -> Result {
         let now = frame.sim_time().as_secs_f64();
         if frame.run_id() != self.run_id {
-            // The engine was started anew, and its clock with it.
+            // The engine was restarted, and so was its clock.
             *self = Self { column: self.column.take(), run_id: frame.run_id(), ..Self::default() };
         }
         self.moved.resize(frame.len(), now);

@@ -41,10 +41,10 @@ pub trait Header: Record + Default {}
 
 impl<T: Record + Default> Header for T {}
 
-#[cfg(feature = "shared-memory")]
-use iceoryx2::prelude::ZeroCopySend as Shareable;
 #[cfg(not(feature = "shared-memory"))]
 use core::any::Any as Shareable;
+#[cfg(feature = "shared-memory")]
+use iceoryx2::prelude::ZeroCopySend as Shareable;
 
 pub mod activity;
 pub mod closure;

@@ -17,8 +17,7 @@ pub(crate) struct TimeWindow {
 /// now.
 pub(crate) const ALWAYS: TimeWindow = TimeWindow { from: 0.0, to: f32::INFINITY };
 
-/// The largest distance between a point of a turning robot and where it is assumed to be, in
-/// metres.
+/// The largest distance in metres between a point of a turning robot and its assumed position.
 const MAX_TURN_ERROR: f64 = 0.01;
 
 /// Returns the closest proximity of two robots on their trajectories, as they are and with both
@@ -80,7 +79,7 @@ impl TrajectoryCursor<'_> {
 struct Pass<'segments> {
     /// Segment of the first robot, and the seconds since it started.
     a: (&'segments Segment, f32),
-    /// Segment of the second robot, likewise.
+    /// The segment of the second robot.
     b: (&'segments Segment, f32),
     /// Duration, in seconds.
     seconds: f32,

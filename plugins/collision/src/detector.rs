@@ -55,7 +55,7 @@ pub struct FrameInput<'frame> {
     /// Columns of the frame.
     pub columns: Columns<'frame>,
     /// Each robot's index into the robot types, as in the column `type`. Robots beyond its end, and
-    /// those whose value is no valid index, are of the first type.
+    /// robots with an invalid index, have the first type.
     pub robot_types: &'frame [f32],
 }
 

@@ -57,8 +57,8 @@ impl WorldModel {
         &self.footprints
     }
 
-    /// Returns the robot type that a value of the column `type` stands for: the first one if the
-    /// value is no valid index.
+    /// Returns the robot type of a value of the column `type`; the first type if the value isn't a
+    /// valid index.
     pub(crate) fn robot_type(&self, value: f32) -> u32 {
         // The conversion maps NaN and negative values to 0.
         let robot_type = value as u32;

@@ -75,36 +75,43 @@ fn to_side(point: Point, (from, to): (Point, Point)) -> f64 {
 /// Returns the depth of a point inside a convex polygon that runs counter-clockwise; negative
 /// outside.
 fn depth(point: Point, polygon: &[Point]) -> f64 {
-    let inward = |(from, to): (Point, Point)| {
-        let [u, v] = [to[0] - from[0], to[1] - from[1]];
-        (u * (point[1] - from[1]) - v * (point[0] - from[0])) / u.hypot(v).max(1e-300)
-    };
-    sides(polygon).map(inward).fold(f64::INFINITY, f64::min)
+    let depths = sides(polygon).map(|(from, to)| {
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        left_of((from, to), point) / length.max(1e-300)
+    });
+    depths.fold(f64::INFINITY, f64::min)
 }
 
 /// Whether two line segments cross.
 fn cross(a: (Point, Point), b: (Point, Point)) -> bool {
-    let side = |(from, to): (Point, Point), point: Point| {
-        (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
-    };
-    side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
+    left_of(a, b.0) * left_of(a, b.1) < 0.0 && left_of(b, a.0) * left_of(b, a.1) < 0.0
+}
+
+/// Returns the distance of a point to the left of a line, times the length of the line.
+fn left_of((from, to): (Point, Point), point: Point) -> f64 {
+    (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
 }
 
 /// Returns the distance between two outlines, in metres: 0 if sides cross or one holds a corner of
 /// the other.
 pub(crate) fn distance((a, radius_a): &RoundedPolygon, (b, radius_b): &RoundedPolygon) -> f64 {
-    let holds = |inner: &[Point], outer: &[Point]| {
-        outer.len() > 2 && inner.iter().any(|point| depth(*point, outer) >= 0.0)
-    };
     if holds(a, b) || holds(b, a) || sides(a).any(|one| sides(b).any(|other| cross(one, other))) {
         return 0.0;
     }
-    let nearest = |from: &[Point], to: &[Point]| {
-        from.iter()
-            .flat_map(|point| sides(to).map(|side| to_side(*point, side)))
-            .fold(f64::INFINITY, f64::min)
-    };
     (nearest(a, b).min(nearest(b, a)) - radius_a - radius_b).max(0.0)
+}
+
+/// Whether a polygon holds a corner of another one.
+fn holds(corners: &[Point], polygon: &[Point]) -> bool {
+    polygon.len() > 2 && corners.iter().any(|point| depth(*point, polygon) >= 0.0)
+}
+
+/// Returns the least distance of the corners of an outline from the sides of another one.
+fn nearest(corners: &[Point], outline: &[Point]) -> f64 {
+    corners
+        .iter()
+        .flat_map(|point| sides(outline).map(|side| to_side(*point, side)))
+        .fold(f64::INFINITY, f64::min)
 }
 
 pub(crate) fn position(body: &Body) -> Point {
@@ -120,10 +127,10 @@ pub(crate) fn timed(segments: &[Segment]) -> impl Iterator<Item = (f64, &Segment
 
 /// Returns the outline of a body some seconds after a segment has started.
 pub(crate) fn outline_at(body: &Body, segment: &Segment, elapsed: f64) -> RoundedPolygon {
-    let here = |axis: usize| {
+    let position = [0, 1].map(|axis| {
         f64::from(segment.position[axis]) + f64::from(segment.velocity[axis]) * elapsed
-    };
-    outline(body, [here(0), here(1)], segment.heading_after(elapsed as f32))
+    });
+    outline(body, position, segment.heading_after(elapsed as f32))
 }
 
 /// Returns the centroid of the intersection of two convex polygons that run counter-clockwise, and
@@ -132,12 +139,9 @@ pub(crate) fn outline_at(body: &Body, segment: &Segment, elapsed: f64) -> Rounde
 pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, f64)> {
     let mut polygon = a.to_vec();
     for (from, to) in sides(b) {
-        let inside = |point: Point| {
-            (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
-        };
         let mut cut = Vec::new();
         for (start, end) in sides(&polygon) {
-            let (here, there) = (inside(start), inside(end));
+            let [here, there] = [start, end].map(|point| left_of((from, to), point));
             if here >= 0.0 {
                 cut.push(start);
             }
@@ -167,10 +171,9 @@ pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, 
 fn bezier(points: &[[f32; 2]; 4], at: f64) -> Point {
     let weight =
         [(1.0 - at).powi(3), 3.0 * at * (1.0 - at).powi(2), 3.0 * at * at * (1.0 - at), at.powi(3)];
-    let sum = |axis: usize| {
+    [0, 1].map(|axis| {
         points.iter().zip(weight).map(|(point, weight)| f64::from(point[axis]) * weight).sum()
-    };
-    [sum(0), sum(1)]
+    })
 }
 
 /// Returns points of a curve with their distances along it.

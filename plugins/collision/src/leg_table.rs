@@ -48,7 +48,7 @@ struct EdgeInfo {
     length: f32,
     /// Speed in forward gear, in metres per second.
     speed: f32,
-    /// Speed in reverse gear, likewise.
+    /// The speed in reverse gear.
     reverse_speed: f32,
 }
 

@@ -16,9 +16,9 @@
 //!
 //! **Continuing** means driving the route as far as it is released, and stopping where it ends. A
 //! robot of a type with limited acceleration speeds up to the speed of each leg, and brakes in time
-//! for what comes, as the engine drives; a held one brakes to a stop. Without a limit, a held robot
-//! stands at once. Robots that neither drive nor are held keep their speed. Speeds above 50 m/s
-//! count as 50 m/s, and those that are not numbers as 0.
+//! for the next legs, as in the engine. A held robot brakes to a stop; without a limit, it stands
+//! at once. Robots that neither drive nor are held keep their speed. Speeds above 50 m/s count as
+//! 50 m/s, and those that are not numbers as 0.
 //!
 //! If a robot's route is not known, or ends with its known part, the robot may take any leg from
 //! each node in the same gear, except straight back if there is another. Of legs that differ in
@@ -112,6 +112,6 @@ mod tracker;
 pub use criteria::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use detector::{Detector, FrameInput};
 pub use log::{HEADER as LOG_HEADER, LogError};
-pub use plugin::{Cli, run_from};
+pub use plugin::{Cli, plugin, run_from};
 pub use routes::Routes;
 pub use totals::{RunTotals, Score};

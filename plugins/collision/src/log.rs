@@ -9,9 +9,10 @@ use regatta_kit::CsvFile;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 
 /// The first line of the file.
-pub const HEADER: &str = "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec,run_id";
+pub const HEADER: &str = "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,\
+                          relative_speed_metres_per_sec,run_id";
 
-/// A CSV file to which rows are appended: those of a tick all together, or none of them.
+/// A CSV file to which rows are appended: either all rows of a tick, or none.
 #[derive(Debug)]
 pub(crate) struct ContactLog {
     file: CsvFile,
@@ -69,7 +70,8 @@ fn row(text: &mut String, run_id: u64, event: &ContactEvent, edges: &[u32]) {
     // Writing to a string can't fail.
     let _ = writeln!(
         text,
-        "{secs:.6},{tick},{change},{level},{a},{b},{edge},{x:.4},{y:.4},{relative_speed:.4},{run_id:016x}"
+        "{secs:.6},{tick},{change},{level},{a},{b},{edge},{x:.4},{y:.4},{relative_speed:.4},\
+         {run_id:016x}"
     );
 }
 

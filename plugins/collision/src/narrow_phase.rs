@@ -85,7 +85,7 @@ fn keep_near(
         let is_near = approach.is_near(margin + MAX_GAP_BEYOND_MARGIN)
             | approach.comes_near(2.0 * INFLATION as f32, horizon);
         near[kept] = slots;
-        // Two ways of one robot are no pair.
+        // Two paths of the same robot aren't a pair.
         kept += usize::from(is_near & a.is_first_with(b) & (a.id != b.id));
     }
     near.truncate(kept);

@@ -35,7 +35,7 @@ pub struct Cli {
     /// along their routes, in seconds; 0 checks only the present
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     pub horizon: f32,
-    /// Don't ask the engine for routes: any robot may take any way
+    /// Don't ask the engine for routes; assume that a robot may turn onto any edge
     #[arg(long)]
     pub no_routes: bool,
     /// Append a line for each begin and end of a contact or a warning to this file
@@ -58,6 +58,14 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     regatta_kit::run_from(args, |cli: Cli| {
         cli.options.run(CollisionPlugin::new(&cli)?, "collision")
     })
+}
+
+/// Returns the plugin of a command line, to run it beside others in one process.
+///
+/// # Errors
+/// Fails if an option is invalid, or if the log can't be written.
+pub fn plugin(cli: &Cli) -> Result<impl Plugin + use<>> {
+    CollisionPlugin::new(cli)
 }
 
 /// The plugin's ports in the fleet.
@@ -130,7 +138,8 @@ impl CollisionPlugin {
         {
             if start.elapsed() > TYPES_WAIT {
                 tell!(
-                    "collision: no process publishes the column 'type': all robots count as the first robot type"
+                    "collision: no process publishes the column 'type': all robots count as the \
+                     first robot type"
                 );
                 break;
             }
@@ -183,7 +192,8 @@ impl CollisionPlugin {
         let invalid_robots = self.detector.invalid_robots();
         if invalid_robots > 0 && !std::mem::replace(&mut self.reported.invalid_robots, true) {
             tell!(
-                "collision: {invalid_robots} robots have an invalid pose or footprint and are not checked"
+                "collision: {invalid_robots} robots have an invalid pose or footprint and are not \
+                 checked"
             );
         }
     }
@@ -256,7 +266,8 @@ impl Plugin for CollisionPlugin {
         self.end_run();
         if self.skips.count() > 0 {
             tell!(
-                "collision: {} frames of the last run were skipped: the plugin is too slow for this fleet",
+                "collision: {} frames of the last run were skipped: the plugin is too slow for \
+                 this fleet",
                 self.skips.count()
             );
         }

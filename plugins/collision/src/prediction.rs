@@ -79,7 +79,8 @@ impl Limits {
     pub(crate) const NONE: Self =
         Self { max_speed: f32::INFINITY, max_acceleration: f32::INFINITY };
 
-    /// Creates limits of the values of a world. A value that is no positive number is no limit.
+    /// Creates limits from the values of a world. A value that isn't a positive number means no
+    /// limit.
     pub(crate) fn new(max_speed: f32, max_acceleration: f32) -> Self {
         let [max_speed, max_acceleration] = [max_speed, max_acceleration]
             .map(|limit| if limit > 0.0 { limit } else { f32::INFINITY });

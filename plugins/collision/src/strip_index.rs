@@ -5,10 +5,10 @@
 //! average, however small and large boxes are mixed and however far apart they are. `sweep.rs` then
 //! finds the boxes of a strip that overlap.
 //!
-//! Robots come by id, which says nothing about their positions. They are written into strips in
-//! that order, with all that the checks need of them; from there on nothing is fetched from distant
-//! memory, and a strip stays in the cache while it is processed. Strips that are far apart share a
-//! bucket, so that the plane can be of any size.
+//! Robots come in the order of their ids, which is unrelated to their positions. They are written
+//! into strips in that order, with all data for the checks. After that, nothing is fetched from
+//! distant memory, and a strip stays in the cache while it is processed. Strips that are far apart
+//! share a bucket, so that the plane can be of any size.
 
 use std::ops::ControlFlow;
 use std::slice::from_ref;

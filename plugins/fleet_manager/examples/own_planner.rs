@@ -34,11 +34,12 @@ fn route(traffic: &Traffic<'_>, start: u32, goal: u32) -> Option<Vec<Leg>> {
     let mut open = VecDeque::from([start]);
     while let Some(node) = open.pop_front() {
         if node == goal {
-            let before = |leg: &Leg| {
-                arrival[roads.start(*leg) as usize].filter(|_| roads.start(*leg) != start)
-            };
-            let last = arrival[goal as usize].filter(|_| goal != start);
-            let mut legs: Vec<Leg> = std::iter::successors(last, before).collect();
+            let (mut legs, mut node) = (Vec::new(), goal);
+            while node != start {
+                let leg = arrival[node as usize]?;
+                legs.push(leg);
+                node = roads.start(leg);
+            }
             legs.reverse();
             return Some(legs);
         }

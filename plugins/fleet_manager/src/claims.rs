@@ -405,8 +405,8 @@ impl View {
             Relation::Into(apart) => {
                 self.following(f32::NEG_INFINITY, self.length + holder.span.low - apart)
             }
-            // A robot that follows this one keeps that distance; what the table is rounded by
-            // doesn't count against this one.
+            // A robot that follows this one keeps that distance. The rounding of the table doesn't
+            // count against this robot.
             Relation::From(apart) => self
                 .following(apart - RESOLUTION - (other_length - holder.span.high), f32::INFINITY),
         }

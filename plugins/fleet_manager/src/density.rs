@@ -56,7 +56,7 @@ impl Density {
         let share = waiting as f64 / out.max(1) as f64;
         let change =
             self.settings.gain * (self.settings.waiting_share - share) * f64::from(seconds);
-        // A number far above those that were under way has not been tried.
+        // A number far above the tried numbers of robots under way is untested.
         let tried = self.least.max(1.1 * out as f64 + 1.0);
         self.most = (self.most * (1.0 + change)).clamp(self.least, tried);
     }

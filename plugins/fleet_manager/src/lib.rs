@@ -9,7 +9,7 @@
 //! | [`traffic`] | the traffic as planners see it |
 //! | [`planner`] | planners: routes and precedence of robots |
 //! | [`density`] | a limit on the number of robots under way |
-//! | [`steering`] | sends robots to nodes, without one ever touching another |
+//! | [`steering`] | sends robots to nodes so that they never touch |
 //! | [`charging`] | assigns robots to chargers |
 //! | [`manager`] | gives orders to robots, and steers them |
 //! | `regatta_orders` | transport orders: a crate of its own, in `orders/` |

@@ -1,7 +1,7 @@
 //! The manager of a fleet: gives orders to robots, sends them from stop to stop, and steers them
 //! there.
 //!
-//! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run
+//! A cycle is a function of the previous cycles, the frame and the requests. In lockstep a run
 //! repeats bit by bit.
 
 mod charge;
@@ -102,7 +102,7 @@ impl Manager {
         self.steering.close_edges(closed);
     }
 
-    /// Takes back what was granted to a robot from a command on: it was refused.
+    /// Revokes the grants of a robot from a command on, because the command was refused.
     pub fn refuse(&mut self, robot: u32) {
         self.steering.take_back(robot);
     }
@@ -241,9 +241,9 @@ impl Manager {
         next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
     }
 
-    /// Gives up the order of a robot that can't reach its next stop. Where closures have cut off the
-    /// robot and not the stop, another robot may carry it out; a robot that has begun it waits until
-    /// roads are open again.
+    /// Gives up the order of a robot that can't reach its next stop. Where closures have cut off
+    /// the robot and not the stop, another robot may carry it out; a robot that has begun it waits
+    /// until roads are open again.
     fn give_up(&mut self, robot: u32, now_secs: f64) {
         if self.steering.has_closures() && self.orders.is_bound(robot) {
             return;
@@ -292,7 +292,7 @@ impl Manager {
         }
     }
 
-    /// Finds the robots that may get an order, or if orders are assigned anew, another one.
+    /// Finds the robots that may get an order, or another order if orders are reassigned.
     fn find_candidates(&mut self, is_anew: bool) {
         self.candidates.clear();
         for &robot in &self.present {
@@ -306,7 +306,7 @@ impl Manager {
                 && let Some(node) = self.steering.base_end_node(robot)
                 && !self.steering.is_cut_off(node)
             {
-                let position = self.steering.roads().position(node).to_array();
+                let position = self.steering.roads().position(node);
                 self.candidates.push(Candidate { robot, position });
             }
         }

@@ -140,7 +140,7 @@ impl Model {
         self.arrivals.iter().sum()
     }
 
-    /// Drives for some ticks: who has arrived gets another goal.
+    /// Drives for some ticks. A robot that has arrived gets another goal.
     ///
     /// # Panics
     /// If two robots touch.
@@ -265,7 +265,8 @@ pub fn drive(
     model.run((secs as f32 / TICK_SECS) as u32);
     let Spent { cycles, sum, longest } = model.spent();
     println!(
-        "{name}, {robots} robots, {secs} s: {} goals, fewest {:?}, longest {:.0} s; {:.2} ms a cycle, longest {:.1} ms; {:?}",
+        "{name}, {robots} robots, {secs} s: {} goals, fewest {:?}, longest {:.0} s; {:.2} ms a \
+         cycle, longest {:.1} ms; {:?}",
         model.total(),
         model.arrivals.iter().min(),
         model.longest_secs(),

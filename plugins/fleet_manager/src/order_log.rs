@@ -18,7 +18,7 @@ impl OrderLog {
     pub fn new<'pool>(open: impl Iterator<Item = &'pool Order>, places: &Places) -> Self {
         let mut log = Self::default();
         for order in open {
-            let record = record(order.id.0, OrderKind::Stop, None);
+            let record = OrderRecord::new(order.id.0, OrderKind::Stop);
             let stops = (0..).zip(&order.content.stops);
             let records = stops.map(|(number, stop)| stop_record(record, number, stop, places));
             log.stops.insert(order.id.0, records.collect());
@@ -68,17 +68,7 @@ impl OrderLog {
 }
 
 fn record(order: u64, kind: OrderKind, robot: Option<u32>) -> OrderRecord {
-    OrderRecord {
-        order,
-        kind: kind as u32,
-        robot: robot.unwrap_or(NO_ROBOT),
-        stop: 0,
-        node: 0,
-        action: 0,
-        dwell_secs: 0.0,
-        detail: 0,
-        reserved: 0,
-    }
+    OrderRecord::new(order, kind).of_robot(robot.unwrap_or(NO_ROBOT))
 }
 
 fn stop_record(record: OrderRecord, number: u32, stop: &Stop, places: &Places) -> OrderRecord {

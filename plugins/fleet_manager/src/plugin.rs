@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 #[cfg(feature = "shared-memory")]
 use std::ffi::OsString;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -38,28 +37,12 @@ type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
 /// The command line of `regatta plugin fleet-manager`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Carries transport orders out: steers the robots of a fleet, without one ever touching another"
+    about = "Carries out transport orders: steers the robots of a fleet so that they never touch"
 )]
 pub struct Cli {
-    /// A file of transport orders with times, YAML or CSV
-    #[arg(long, value_name = "FILE")]
-    pub orders: Option<PathBuf>,
-    /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta
-    /// run`]
-    #[arg(long, value_name = "FILE")]
-    pub load: Option<PathBuf>,
-    /// The seed of the load, instead of its own
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-    /// Keep orders in this SQLite file: they survive the manager [default: in memory]
-    #[arg(long, value_name = "FILE")]
-    pub store: Option<PathBuf>,
-    /// Serve orders over HTTP at this address; port 0 is any free one [default: off]
-    #[arg(long, value_name = "ADDRESS")]
-    pub http: Option<SocketAddr>,
-    /// A file with the token that HTTP requests must have; addresses other than loopback need one
-    #[arg(long, value_name = "FILE")]
-    pub token_file: Option<PathBuf>,
+    /// The orders.
+    #[command(flatten)]
+    pub orders: OrderSettings,
     /// Keep the computed roads of large worlds in this folder: the next start is faster [default:
     /// the user's cache folder]
     #[arg(long, value_name = "FOLDER")]
@@ -108,8 +91,8 @@ pub fn plugin(cli: Cli) -> Result<impl Plugin> {
     Ok(manager)
 }
 
-/// As [`run_from`], with a planner of your own instead of one that the command line names. It is
-/// made anew for each world.
+/// As [`run_from`], with a planner of your own instead of one that the command line names. A new
+/// planner is made for each world.
 ///
 /// # Errors
 /// As [`run_from`].
@@ -190,9 +173,9 @@ impl FleetManager {
     }
 
     fn order_settings(&self) -> OrderSettings {
-        let Cli { orders, load, seed, store, http, token_file, .. } = self.cli.clone();
-        let load = load.or_else(|| std::env::var_os(LOAD_VARIABLE).map(PathBuf::from));
-        OrderSettings { orders, load, seed, store, http, token_file }
+        let settings = self.cli.orders.clone();
+        let load = settings.load.or_else(|| std::env::var_os(LOAD_VARIABLE).map(PathBuf::from));
+        OrderSettings { load, ..settings }
     }
 
     fn roads(&self, world: &World<'_>) -> Roads {

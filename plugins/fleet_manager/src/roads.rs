@@ -6,7 +6,6 @@ mod conflicts;
 mod cores;
 mod geometry;
 mod reservoirs;
-mod rows;
 mod stops;
 mod stubs;
 mod sweep;
@@ -14,6 +13,7 @@ mod sweep;
 mod tests;
 
 use glam::{Vec2, vec2};
+use regatta_base::rows::Rows;
 use regatta_plugin::World;
 use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
@@ -23,7 +23,6 @@ use self::cache::{Reader, Writer};
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
 pub(crate) use self::cores::map_on;
 pub use self::geometry::{Rectangle, Span};
-pub(crate) use self::rows::Rows;
 pub use self::stops::Stops;
 pub use self::stubs::Stubs;
 pub use self::sweep::{Sweep, SweptBox};
@@ -70,8 +69,10 @@ pub struct Road {
     pub destination: u32,
     /// Metres.
     pub length: f32,
-    /// Metres per second forward and in reverse gear; 0 if a gear isn't allowed.
-    pub speeds: [f32; 2],
+    /// Metres per second; 0 if the edge isn't driven forward.
+    pub speed: f32,
+    /// Metres per second in reverse gear; 0 if that isn't allowed.
+    pub reverse_speed: f32,
     /// Headings of robots at its origin and its destination, in radians in (-π, π].
     pub headings: [f32; 2],
 }
@@ -281,7 +282,8 @@ impl Roads {
 
     /// The speed of robots without a limit of their own on a leg, in metres per second.
     pub fn allowed_speed(&self, leg: Leg) -> f32 {
-        self.edge(leg.edge()).speeds[usize::from(leg.is_reverse())]
+        let edge = self.edge(leg.edge());
+        if leg.is_reverse() { edge.reverse_speed } else { edge.speed }
     }
 
     /// Whether a robot of any footprint may stand at the end of a leg: it is only in the way of
@@ -349,7 +351,8 @@ fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {
         origin: edge.origin,
         destination: edge.destination,
         length,
-        speeds: [edge.speed, edge.reverse_speed],
+        speed: edge.speed,
+        reverse_speed: edge.reverse_speed,
         headings,
     }
 }
@@ -382,10 +385,10 @@ fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
 fn exits(edges: &[Road], nodes: usize) -> Rows<Leg> {
     let mut legs = Vec::with_capacity(edges.len());
     for (index, edge) in (0..).zip(edges) {
-        if edge.speeds[0] > 0.0 {
+        if edge.speed > 0.0 {
             legs.push((edge.origin, Leg::new(index, false)));
         }
-        if edge.speeds[1] > 0.0 {
+        if edge.reverse_speed > 0.0 {
             legs.push((edge.destination, Leg::new(index, true)));
         }
     }

@@ -164,7 +164,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Adds what a robot does for some seconds.
+    /// Adds some seconds of a robot's activity.
     pub fn add(&mut self, doing: &Doing, secs: f64) {
         self.secs[doing.activity as usize] += secs;
         self.ordered_secs += if doing.has_order { secs } else { 0.0 };
@@ -207,7 +207,8 @@ impl Effort {
             .map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity)))
             .collect();
         format!(
-            "| robots | |\n|---|---|\n| utilisation | {:.1} % |\n| time | {} |\n| driven | {:.1} km, {:.1} % of it empty |\n",
+            "| robots | |\n|---|---|\n| utilisation | {:.1} % |\n| time | {} |\n\
+             | driven | {:.1} km, {:.1} % of it empty |\n",
             100.0 * self.utilisation(),
             shares.join(", "),
             metres / 1e3,

@@ -1,4 +1,4 @@
-//! Steering: sends robots to nodes, without one ever touching another.
+//! Steering: sends robots to nodes so that they never touch.
 //!
 //! Each cycle, robots give back the claims behind them, and those without a route get one. Then
 //! bases are extended, as late as possible and one robot after the other, into space that no other

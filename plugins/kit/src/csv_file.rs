@@ -25,7 +25,8 @@ pub enum CsvError {
     },
     /// The file has another header.
     #[error(
-        "{path} holds something else: its first line is not the header; move it away, or choose another file"
+        "{path} has another content: its first line is not the header; move it away, or choose \
+         another file"
     )]
     OtherHeader {
         /// Path of the file.
@@ -70,9 +71,9 @@ pub struct RowCounts {
 /// A CSV file to which rows are appended. Existing rows are kept; rows that are appended together
 /// are written completely or not at all.
 ///
-/// The file may be rotated while it is open. When it was moved away or removed, and after `SIGHUP`
-/// in a process without a terminal, the next rows go to a new file at its path; when it was
-/// truncated, they begin it anew. Either begins with the header.
+/// The file may be rotated while it is open. If it was moved or removed, and after `SIGHUP` in a
+/// process without a terminal, the next rows go to a new file at its path. If it was truncated, the
+/// next rows start the file again. In both cases, the header comes first.
 #[derive(Debug)]
 pub struct CsvFile {
     path: PathBuf,

@@ -36,7 +36,11 @@ pub enum DispatchError {
     #[error("refused: {}", refused(.0))]
     Refused(EventRecord),
     /// No answer came in time.
-    #[error("the fleet has not answered within {} s; is it paused? It takes the command at its next tick", .0.as_secs())]
+    #[error(
+        "the fleet has not answered within {} s; is it paused? It takes the command at its next \
+         tick",
+        .0.as_secs()
+    )]
     NoAnswer(Duration),
 }
 
@@ -50,7 +54,8 @@ pub struct Dispatcher {
 }
 
 impl Dispatcher {
-    /// Joins a fleet under a name, which is the sender's. Answers are waited for at most so long.
+    /// Joins a fleet. The name is that of the sender. A command waits for its answer for at most
+    /// this time.
     ///
     /// # Errors
     /// [`OpenError`] as [`Commands::open`].

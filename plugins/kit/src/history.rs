@@ -1,5 +1,5 @@
-//! The history of a run so far, in bounded memory: kept by the plugin or the replay that publishes
-//! it, and by a reader without either.
+//! The history of a run so far, in bounded memory. The plugin or the replay that publishes it keeps
+//! it, or a reader without either.
 
 pub mod series;
 pub mod spots;
@@ -20,9 +20,9 @@ pub struct RunHistory {
 }
 
 impl RunHistory {
-    /// Adds a frame, with its contacts if they are known; those of another run count as none.
-    /// `throughput` is called only if a sample is due: it returns the robots that enter an edge, per
-    /// hour, if that is known.
+    /// Adds a frame, with its contacts if they are known. Contacts of another run count as none.
+    /// `throughput` returns the number of robots that enter an edge per hour, if that is known. It
+    /// is called only if a sample is due.
     pub fn add(
         &mut self,
         frame: &Frame<'_>,

@@ -13,7 +13,7 @@ use regatta_plugin::{
 /// The time within which a running fleet publishes a frame.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A producer gives late readers of closures what they missed right after a frame.
+/// A producer gives late readers the closures that they missed right after a frame.
 const AFTER_FRAME: Duration = Duration::from_millis(5);
 
 /// The error of looking for a way, or for a node.

@@ -30,8 +30,8 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Creates an empty temporary file in the folder of a path. Returns it with the open file, to be
-    /// read and written.
+    /// Creates an empty temporary file in the folder of a path. Returns it with the open file, to
+    /// be read and written.
     ///
     /// # Errors
     /// If the folder doesn't exist, or can't be written.
@@ -65,7 +65,7 @@ impl WholeFile {
     }
 }
 
-/// Writes a whole file: others see all of it, or what was there before.
+/// Writes a whole file. Readers see either all of it or the previous content.
 ///
 /// # Errors
 /// If it can't be written or moved to its path.

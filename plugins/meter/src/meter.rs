@@ -86,7 +86,8 @@ impl Meter {
         }
     }
 
-    /// Takes a frame at a simulated time in seconds. It stands for the time since the frame before.
+    /// Takes a frame at a simulated time in seconds. The frame covers the time since the previous
+    /// frame.
     pub fn take_frame(&mut self, columns: &Columns<'_>, now_secs: f64) {
         let secs = (now_secs - std::mem::replace(&mut self.secs, now_secs)).max(0.0);
         let mut effort = Effort::default();

@@ -125,7 +125,7 @@ impl Orders {
     }
 }
 
-/// Rounds a time to milliseconds: ticks are no shorter, and files with many times become half as
+/// Rounds a time to milliseconds. Ticks aren't shorter, and files with many times become half as
 /// large.
 fn rounded(secs: f64) -> f64 {
     (secs * 1e3).round() / 1e3

@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::{FleetName, Frame};
 
-use crate::histogram::DurationRecorder;
+use crate::durations::DurationRecorder;
 use crate::rhythm::RealTimeFactor;
 use crate::snapshot::{IntervalStats, Run, Snapshot, Totals};
 use crate::state_counts::StateCounts;
@@ -66,7 +66,7 @@ impl Aggregator {
         self.last = Some(PreviousFrame { header, state_counts, is_regular });
     }
 
-    /// Notes that no frame arrives. Without a producer there is no run any more.
+    /// Records that no frame arrives. Without a producer there is no run any more.
     pub fn note_idle(&mut self, has_producer: bool) {
         if !has_producer {
             self.last = None;

@@ -57,7 +57,7 @@ impl CollisionReader {
         Ok(())
     }
 
-    /// Reads the contacts, likewise.
+    /// Reads the contacts in the same way.
     pub fn read_pairs(&mut self, now: u64) -> Result<(), ReadError> {
         if let Some(contacts) = self.contacts.latest()? {
             let listed = contacts.pairs[..contacts.pairs.len().min(MAX_LISTED)].into();

@@ -49,7 +49,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 }
 
 /// Runs the plugin with a command line, whose first argument is the name of the program. `commit`
-/// is what the program was built from, if that is known.
+/// is the commit of the program, if it is known.
 ///
 /// # Errors
 /// Fails if an option is invalid, if the address can't be listened on, if the CSV file can't be
@@ -84,7 +84,7 @@ impl Cli {
     }
 }
 
-/// Prints a line to standard error. A closed standard error is no reason to stop.
+/// Prints a line to standard error. A closed standard error isn't a reason to stop.
 fn report(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "metrics: {line}");
 }

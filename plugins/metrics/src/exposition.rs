@@ -4,8 +4,7 @@
 
 use std::fmt::Write as _;
 
-use crate::histogram::{BOUNDS, Histogram};
-use crate::order_times::TimeSummary;
+use crate::durations::{BOUNDS, Histogram, TimeSummary};
 
 /// A text format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -18,7 +18,7 @@ pub struct FleetReader {
     jams: JamReader,
 }
 
-/// The state of a fleet, as far as it has been read.
+/// The known state of a fleet.
 #[derive(Debug, Default)]
 pub struct FleetState {
     /// Aggregate of all frames.

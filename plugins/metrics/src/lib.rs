@@ -6,12 +6,11 @@
 
 pub mod aggregator;
 mod collisions;
+mod durations;
 pub mod exporter;
 pub mod exposition;
 mod fleet;
-mod histogram;
 mod jams;
-mod order_times;
 mod orders;
 pub mod page;
 mod processes;

@@ -6,7 +6,7 @@ use regatta_plugin::Orders;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use crate::aggregator::RunClock;
-use crate::order_times::TimeRecorder;
+use crate::durations::TimeRecorder;
 use crate::snapshot::OrderFigures;
 
 /// The largest number of open orders that are tracked. Further ones are only counted when they are

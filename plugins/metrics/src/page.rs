@@ -71,7 +71,8 @@ fn add_totals(page: &mut Exposition<'_>, totals: &Totals) {
         "Frames that this exporter has read.",
         totals.frames_read,
     );
-    let help = "Frames that were published but not read by this exporter, because it was too slow or didn't request them.";
+    let help = "Frames that were published but not read by this exporter, because it was too slow \
+                or didn't request them.";
     page.one("regatta_frames_skipped_total", help, totals.frames_skipped);
     page.one("regatta_read_errors_total", "Messages that could not be read.", totals.read_errors);
     let help = "Distance that all robots together have driven, in metres.";
@@ -145,7 +146,8 @@ fn add_collisions(page: &mut Exposition<'_>, collisions: &Collisions, run: &Run)
         page.one("regatta_collision_capped", help, pairs.capped != 0);
     }
     if let Some(tick) = collisions.tick() {
-        let help = "Simulated time from the frame that was last checked for collisions to the newest frame.";
+        let help = "Simulated time from the frame that was last checked for collisions to the \
+                    newest frame.";
         let lag = run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64();
         page.one("regatta_collision_lag_seconds", help, lag);
     }
@@ -238,7 +240,8 @@ fn add_jams(page: &mut Exposition<'_>, jams: &[Jam]) {
     let figures: [(&str, &str, Value); 4] = [
         (
             "regatta_edge_waiting_seconds",
-            "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.",
+            "Time that robots waited on an edge in the last ten minutes, for the edges with the \
+             longest times.",
             |figures| figures.waiting_secs,
         ),
         (
@@ -281,7 +284,8 @@ fn add_processes(page: &mut Exposition<'_>, processes: &[Process]) {
         group.cpu_seconds = process.cpu_seconds;
     }
     let groups = groups.iter().map(|(name, group)| ([("name", *name)], group));
-    let help = "Resident memory of the fleet's processes of a name, including the shared memory that they use.";
+    let help = "Resident memory of the fleet's processes of a name, including the shared memory \
+                that they use.";
     let resident = groups.clone().map(|(labels, group)| (labels, group.resident_bytes));
     page.each("regatta_process_resident_memory_bytes", help, resident);
     let help = "Memory in the shared-memory segments that the fleet's processes of a name own.";

@@ -29,7 +29,8 @@ const LIMITS: Limits = Limits {
 /// The error of listening on an address.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "can't listen on {address} ({reason}); if another exporter does, choose another port with --listen IP:PORT"
+    "can't listen on {address} ({reason}); if another exporter does, choose another port with \
+     --listen IP:PORT"
 )]
 pub struct ListenError {
     address: SocketAddr,
@@ -52,12 +53,10 @@ pub fn start(address: SocketAddr, pages: Arc<impl PageSource>) -> Result<Server,
 }
 
 fn router<P: PageSource>(pages: Arc<P>) -> Router {
-    let index = || async { "Metrics of a Regatta fleet are at /metrics.\n" };
-    let unknown = || async { (StatusCode::NOT_FOUND, "There is only /metrics.\n") };
     Router::new()
         .route("/metrics", get(metrics::<P>))
-        .route("/", get(index))
-        .fallback(unknown)
+        .route("/", get(async || "Metrics of a Regatta fleet are at /metrics.\n"))
+        .fallback(async || (StatusCode::NOT_FOUND, "There is only /metrics.\n"))
         .layer(CompressionLayer::new())
         .with_state(pages)
 }

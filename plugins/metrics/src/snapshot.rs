@@ -9,8 +9,7 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::histogram::{DurationStats, Histogram};
-use crate::order_times::TimeSummary;
+use crate::durations::{DurationStats, Histogram, TimeSummary};
 use crate::state_counts::StateCounts;
 use crate::work::Effort;
 

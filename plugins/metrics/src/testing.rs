@@ -8,8 +8,7 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::histogram::DurationRecorder;
-use crate::order_times::TimeSummary;
+use crate::durations::{DurationRecorder, TimeSummary};
 use crate::snapshot::{
     Collisions, Jam, OrderFigures, Process, RobotLevels, Run, Snapshot, Totals, Work,
 };

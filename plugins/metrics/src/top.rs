@@ -6,21 +6,24 @@ mod format;
 mod graphs;
 mod lists;
 mod screen;
-mod terminal;
 mod theme;
 mod view;
 mod work;
 
+use std::io::{self, IsTerminal, Stdout};
 use std::time::{Duration, Instant};
 
+use ratatui::Terminal;
+use ratatui::backend::CrosstermBackend;
+use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use regatta_plugin::{FleetName, Participant, Result, Subscriber, Termination};
+use ratatui::crossterm::execute;
+use regatta_plugin::{Error, FleetName, Participant, Result, Subscriber, Termination};
 
 use crate::aggregator::wall_time_nanos;
 use crate::fleet::{FleetReader, FleetState};
 use crate::processes::ProcessMonitor;
 use commands::{Command, CommandQueue};
-use terminal::TerminalGuard;
 use view::{SLOT, View};
 
 /// The name under which this process joins its fleet.
@@ -43,7 +46,7 @@ const PAGE: isize = 10;
 /// version of the contract.
 pub fn run(fleet: &FleetName) -> Result {
     let termination = Termination::watch()?;
-    terminal::check()?;
+    check_terminal()?;
     let mut reader = Reader::open(fleet)?;
     let mut input = Input {
         commands: CommandQueue::start(fleet, NAME)?,
@@ -178,5 +181,53 @@ impl Input {
             KeyCode::End => view.scroll = listed,
             _ => {}
         }
+    }
+}
+
+/// A guard of the terminal in raw mode, on its alternate screen. Dropping it restores the terminal,
+/// as does a panic.
+struct TerminalGuard {
+    /// The terminal to draw on.
+    screen: Terminal<CrosstermBackend<Stdout>>,
+}
+
+/// Checks that there is a terminal.
+///
+/// # Errors
+/// Fails unless standard input and output are terminals.
+fn check_terminal() -> Result {
+    match io::stdin().is_terminal() && io::stdout().is_terminal() {
+        true => Ok(()),
+        false => Err(Error::new(
+            "`regatta top` needs a terminal to draw on; `regatta status` prints a line instead",
+        )),
+    }
+}
+
+impl TerminalGuard {
+    /// Switches the terminal to full screen.
+    ///
+    /// # Errors
+    /// Fails if the terminal can't be switched.
+    fn enter() -> Result<Self> {
+        let screen = ratatui::try_init().map_err(|reason| {
+            ratatui::restore();
+            Error::new(format_args!(
+                "can't switch this terminal to full screen ({reason}); check that TERM names its \
+                 type"
+            ))
+        })?;
+        Ok(Self { screen })
+    }
+}
+
+impl Drop for TerminalGuard {
+    fn drop(&mut self) {
+        // After a panic, the terminal was already restored before the message: restoring it again
+        // would move the cursor onto that. A closed terminal needs no restoring.
+        if !std::thread::panicking() {
+            let _ = ratatui::try_restore();
+        }
+        let _ = execute!(io::stdout(), Show);
     }
 }

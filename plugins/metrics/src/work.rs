@@ -7,8 +7,8 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::{ColumnReader, Frame, OrderReader, Participant, ReadError, Result};
 
 use crate::aggregator::{Aggregator, RunClock};
+use crate::durations::TimeRecorder;
 use crate::fleet::Received;
-use crate::order_times::TimeRecorder;
 use crate::orders::OrderTally;
 use crate::snapshot::Work;
 

@@ -1,4 +1,4 @@
-"""A fleet manager of your own: sends robots to random nodes, without one ever touching another.
+"""A fleet manager of your own: sends robots to random nodes so that they never touch.
 
 A robot drives an edge only while it alone holds that edge and all edges that come too near to it.
 

@@ -70,6 +70,7 @@ from regatta._frames import Frames
 from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
 from regatta._rate import checked_rate
 from regatta._routes import Route
+from regatta._run import RunError, RunResult, run
 from regatta._world import Orientation, World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
@@ -223,6 +224,8 @@ __all__ = [
     "RobotsByState",
     "Role",
     "Route",
+    "RunError",
+    "RunResult",
     "Shape",
     "StopAction",
     "TakenError",
@@ -244,5 +247,6 @@ __all__ = [
     "parser",
     "route",
     "routes",
+    "run",
     "world",
 ]

@@ -1,11 +1,17 @@
 """The programs in the READMEs work as they are printed there."""
 
+import os
 import re
+import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
 import pytest
-from conftest import ROOT, Engine, eventually
+from conftest import PATIENCE, ROOT, Engine, binary, eventually
+
+RUNS = "regatta.run("
+"""Such a program needs no fleet."""
 
 BLOCKS = [
     pytest.param(textwrap.dedent(block), id=f"{readme.parent.name}-{number}")
@@ -14,7 +20,11 @@ BLOCKS = [
 ]
 
 
-@pytest.mark.parametrize("code", BLOCKS)
+PROGRAMS = [block for block in BLOCKS if RUNS not in str(block.values[0])]
+WHOLE_RUNS = [block for block in BLOCKS if RUNS in str(block.values[0])]
+
+
+@pytest.mark.parametrize("code", PROGRAMS)
 def test_a_program_in_a_readme_runs(code: str, engine: Engine, tmp_path: Path) -> None:
     engine.start(scenario="warehouse-1000.yaml")
     (tmp_path / "plugin.py").write_text(code.replace('"default"', repr(engine.name)))
@@ -22,3 +32,13 @@ def test_a_program_in_a_readme_runs(code: str, engine: Engine, tmp_path: Path) -
     eventually("a line of output", lambda: program.output.count("\n") >= 1 or program.child.poll())
     program.end()
     assert program.output.startswith("tick ") and program.errors == ""
+
+
+@pytest.mark.parametrize("code", WHOLE_RUNS)
+def test_a_whole_run_in_a_readme_runs(code: str) -> None:
+    environment = os.environ | {"REGATTA_PROGRAM": str(binary())}
+    command = [sys.executable, "-c", code]
+    ended = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=True
+    )
+    assert re.fullmatch(r"10 \S+ \S+ {}\n20 \S+ \S+ {}\n40 \S+ \S+ {}\n", ended.stdout), ended.stdout

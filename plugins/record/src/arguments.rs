@@ -86,11 +86,11 @@ impl FromStr for Limit {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         match (humantime::parse_duration(text), parse_bytes(text)) {
             (Ok(time), _) if time < LEAST_TIME => {
-                Err(format!("'{text}' is too short; the least is 1s"))
+                Err(format!("'{text}' is too short; give at least 1s"))
             }
             (Ok(time), _) => Ok(Self::Time(time)),
             (_, Some(bytes)) if bytes < LEAST_BYTES => {
-                Err(format!("'{text}' is too small; the least is 1MB"))
+                Err(format!("'{text}' is too small; give at least 1MB"))
             }
             (_, Some(bytes)) => Ok(Self::Bytes(bytes)),
             _ => Err(format!(

@@ -148,7 +148,8 @@ mod tests {
         assert_eq!(seconds, [5, 201, 741]);
         assert_eq!(
             said[2].1,
-            "the disk will be full soon: it grows by 20.0 MB/s; the disk has 1.2 GB, enough for 59 s"
+            "the disk will be full soon: it grows by 20.0 MB/s; the disk has 1.2 GB, enough for 59 \
+             s"
         );
     }
 

@@ -62,7 +62,7 @@ pub enum ExportError {
         last: usize,
     },
     /// The process was asked to end.
-    #[error("the export was interrupted; what it had written is removed")]
+    #[error("the export was interrupted; its incomplete files are removed")]
     Interrupted,
 }
 

@@ -140,8 +140,8 @@ struct Size {
     in_file: f64,
 }
 
-/// Returns the sizes of all topics, from the message indexes. The definition of a channel counts to
-/// the message before it.
+/// Returns the sizes of all topics, from the message indexes. The definition of a channel counts
+/// towards the message before it.
 fn sizes(recording: &Recording) -> Result<BTreeMap<Topic, Size>, ReadingError> {
     let mut sizes: BTreeMap<Topic, Size> = BTreeMap::new();
     recording.chunks(|chunk, indexes| {

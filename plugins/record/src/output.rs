@@ -12,13 +12,13 @@ use regatta_kit::WholeFile;
 #[derive(Debug)]
 pub(crate) struct Draft {
     path: PathBuf,
-    /// The content so far; `None` if `path` is no regular file but, for example, a pipe.
+    /// The content so far; `None` if `path` isn't a regular file but, for example, a pipe.
     draft: Option<WholeFile>,
 }
 
 impl Draft {
-    /// Starts to write a file. An existing file is replaced only with `force`, and a recording
-    /// never: it may be the one that is being read.
+    /// Starts to write a file. An existing file is replaced only with `force`. A recording is never
+    /// replaced: it may be the one that is read.
     pub fn create(path: &Path, force: bool) -> io::Result<(Self, File)> {
         if let Ok(existing) = path.metadata() {
             if !existing.is_file() && !existing.is_dir() {

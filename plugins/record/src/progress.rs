@@ -10,7 +10,7 @@ use regatta_plugin::Termination;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The time between two pictures of the bar.
 const REFRESH: Duration = Duration::from_millis(100);
-/// The time between two lines, if standard error is no terminal.
+/// The time between two lines, if standard error isn't a terminal.
 const LINE_PERIOD: Duration = Duration::from_secs(10);
 /// The length of the bar.
 const STEPS: u64 = 1000;

@@ -161,8 +161,7 @@ impl Recorder {
         })
     }
 
-    /// Records the other sources, unless no frame has come yet: before the first, there is no time
-    /// to record.
+    /// Records the other sources, after the first frame. Before it, there is no time to record.
     fn record_sources_if_started(&mut self) -> Result {
         if self.newest.run_id == 0 { Ok(()) } else { self.record_sources() }
     }

@@ -2,7 +2,6 @@
 
 mod annotations;
 mod closures;
-mod contact_search;
 mod history;
 mod producer;
 mod search;
@@ -21,8 +20,8 @@ use regatta_plugin::{
 use crate::reading::{ReadingError, Recording};
 use crate::schema::Topic;
 use annotations::Annotations;
-use contact_search::ContactSearch;
 use producer::Replay;
+use search::ContactSearch;
 use stage::Stage;
 
 /// Options of `regatta replay`.
@@ -111,7 +110,7 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
         end.as_secs_f64(),
         args.file.display()
     );
-    // The moments of a recording are as far apart as they were.
+    // The times between the messages of a recording are kept.
     let mut session = Session::new(ports, Duration::ZERO, args.speed, args.lockstep.clone());
     if args.paused {
         session.pause();

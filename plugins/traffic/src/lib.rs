@@ -17,3 +17,4 @@ pub mod tally;
 
 pub use plugin::{Cli, TrafficPlugin, plugin, run_from};
 pub use queues::QueueObserver;
+pub use report::Report;

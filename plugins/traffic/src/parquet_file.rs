@@ -108,9 +108,11 @@ mod tests {
         assert_eq!(
             rows,
             [
-                "{edge: 5, origin: 1, destination: 2, name: \"dock, \"north\"\", occupancy: 1.0, entered_per_hour: 10.0, \
+                "{edge: 5, origin: 1, destination: 2, name: \"dock, \"north\"\", occupancy: 1.0, \
+                 entered_per_hour: 10.0, \
              relative_speed: 0.25, waiting_secs: 100.0, contact_secs: 1000.0, released: 2.0, planned: 3.0}",
-                "{edge: 4294967295, origin: 2, destination: 3, name: \"\", occupancy: 2.0, entered_per_hour: 20.0, \
+                "{edge: 4294967295, origin: 2, destination: 3, name: \"\", occupancy: 2.0, \
+                 entered_per_hour: 20.0, \
              relative_speed: 0.5, waiting_secs: 200.0, contact_secs: 2000.0, released: 4.0, planned: 6.0}",
             ]
         );

@@ -6,7 +6,7 @@ use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 
 use crate::tally::Counts;
 
-/// The last minute is made of parts of this length, in seconds.
+/// The last minute consists of parts of this length in seconds.
 const PART_SECS: f64 = 10.0;
 /// The number of parts in a minute.
 const PARTS: usize = 6;

@@ -20,14 +20,15 @@ use crate::tally::Tally;
 
 /// The time between two publications, in simulated seconds.
 const PUBLISH_SECS: f64 = 1.0;
-/// The longest time that a frame stands for, in simulated seconds at the speed 1. A longer gap
-/// doesn't count.
+/// The longest time that a frame covers, in simulated seconds at the speed 1. A longer gap doesn't
+/// count.
 const LONGEST_GAP_SECS: f64 = 10.0;
 
 /// The command line of `regatta plugin traffic`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Publishes the traffic on each edge: occupancy, throughput, speed, waiting, contacts, routes"
+    about = "Publishes the traffic on each edge: occupancy, throughput, speed, waiting, contacts, \
+             routes"
 )]
 pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file
@@ -151,7 +152,7 @@ impl TrafficPlugin {
         }
     }
 
-    /// Begins anew: another run, or another route graph.
+    /// Resets the figures for another run, or another route graph.
     fn begin(&mut self) {
         self.tally.begin(self.limits.len());
         self.periods = Periods::new(self.limits.len());
@@ -160,13 +161,13 @@ impl TrafficPlugin {
         self.figures.clear();
     }
 
-    /// Returns the time that a frame stands for, in simulated seconds: 0 for the first one, and
-    /// after a jump or a long gap.
+    /// Returns the time that a frame covers in simulated seconds: 0 for the first frame, and after
+    /// a jump or a long gap.
     fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
         let sim_secs = frame.sim_time().as_secs_f64();
         let now =
             Before { run_id: frame.run_id(), tick: frame.tick(), jumps: frame.jumps(), sim_secs };
-        // A replay that goes back begins anew.
+        // A replay that jumps back resets the figures.
         if self.before.is_some_and(|before| before.run_id != now.run_id || before.tick > now.tick) {
             self.begin();
         }
@@ -202,19 +203,11 @@ impl TrafficPlugin {
         Ok(ports.traffic.publish(&header, &self.figures)?)
     }
 
-    /// Returns the figures of all edges for the run so far, as JSON.
-    pub fn json(&mut self) -> String {
-        self.run_report().json()
-    }
-
-    fn run_report(&mut self) -> Report<'_> {
+    /// Returns the figures of all edges for the run so far.
+    pub fn run_report(&mut self) -> Report<'_> {
         self.periods.figures(&self.limits, &mut self.figures);
         let run = self.figures.len() - self.edges.len();
-        Report {
-            secs: self.periods.secs()[2],
-            edges: &self.edges,
-            figures: &self.figures[run..],
-        }
+        Report { secs: self.periods.secs()[2], edges: &self.edges, figures: &self.figures[run..] }
     }
 
     /// Writes and prints the figures of the run.
@@ -222,7 +215,7 @@ impl TrafficPlugin {
         let cli = self.cli.clone();
         let report = self.run_report();
         if cli.summary {
-            // A closed standard output is no error.
+            // A closed standard output isn't an error.
             let _ = write!(std::io::stdout(), "{}", report.summary());
         }
         if let Some(path) = &cli.csv {

@@ -1,14 +1,13 @@
 //! The causes of queues. A robot that waits is kept out of the next edge of its route, and blocks
 //! those behind it. The whole queue waits for the edge that its head is kept out of.
 //!
-//! Only frames are read, so this works with any manager. Frames don't contain the next edge of a
-//! robot, but later ones do: samples are kept, and judged at the end of the run.
+//! Only frames are read, so this works with any manager. A frame doesn't contain the next edge of a
+//! robot, but later frames do. So samples are kept, and evaluated at the end of the run.
 
 use std::collections::BTreeMap;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use regatta_plugin::{Frame, Plugin, Result, World};
-use serde_json::json;
 
 /// The largest number of rows that are kept. With more, every other sample is forgotten.
 const MAX_ROWS: usize = 2_000_000;
@@ -34,7 +33,7 @@ enum Motion {
     Driving,
     /// It stands, and waits to drive on.
     Waiting,
-    /// It stands for another reason: at a stop, without an order, broken down.
+    /// The robot stands for another reason: at a stop, without an order, or broken down.
     Standing,
 }
 
@@ -219,8 +218,7 @@ impl<'a> Places<'a> {
         Self { queues, sample, on_edge, at_node }
     }
 
-    /// Returns the edge that keeps a robot waiting: the one that the head of its queue is kept out
-    /// of.
+    /// Returns the edge that a robot waits for: the edge that the head of its queue can't enter.
     fn cause(&self, index: usize) -> u32 {
         let mut chain = vec![index];
         let mut cause = self.sample.rows[index].edge;
@@ -229,7 +227,7 @@ impl<'a> Places<'a> {
             let next = self.queues.next_edge(row.robot, self.sample.frame);
             cause = next.unwrap_or(cause);
             match self.blocker(last, next) {
-                // In a ring of robots that wait for each other, any edge is as good as another.
+                // In a ring of robots that wait for each other, any of the edges will do.
                 Blocker::Waiting(other)
                     if chain.contains(&other) || chain.len() >= LONGEST_CHAIN =>
                 {
@@ -272,7 +270,7 @@ impl<'a> Places<'a> {
             .map_or(Blocker::NextEdge, |other| self.blocked_by(other, Blocker::NextEdge))
     }
 
-    /// Returns the blocker that another robot is; `standing` if it neither drives nor waits.
+    /// Returns another robot as a blocker; `standing` if it neither drives nor waits.
     fn blocked_by(&self, other: usize, standing: Blocker) -> Blocker {
         let row = &self.sample.rows[other];
         match row.motion {
@@ -322,15 +320,11 @@ pub struct QueueObserver {
 }
 
 impl QueueObserver {
-    /// Returns the edges that robots were kept out of, as JSON: `{"edges": [{"edge": ID,
-    /// "caused_secs": SECONDS}]}`, with robot seconds of the robots that were kept out and of those
-    /// behind them.
-    pub fn json(&self) -> String {
-        let caused = self.queues.caused_secs();
-        let edges = self.ids.iter().zip(caused).filter(|(_, secs)| *secs > 0.0);
-        let edges: Vec<_> =
-            edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
-        format!("{:#}\n", json!({ "edges": edges }))
+    /// Returns the ids of the edges that robots were kept out of, with the robot seconds of those
+    /// that were kept out and of those behind them.
+    pub fn caused_secs(&self) -> impl Iterator<Item = (u32, f64)> {
+        let edges = self.ids.iter().copied().zip(self.queues.caused_secs());
+        edges.filter(|(_, secs)| *secs > 0.0)
     }
 }
 

@@ -77,8 +77,8 @@ impl Report<'_> {
             let Edge { id, origin, destination, .. } = edge;
             let _ = writeln!(
                 text,
-                "edge {id:>6} ({origin} to {destination}): waiting {:.0} s, {:.0} robots/h, {:.2} at a time, \
-                 {:.0} % of the speed limit, touching {:.0} s",
+                "edge {id:>6} ({origin} to {destination}): waiting {:.0} s, {:.0} robots/h, \
+                 {:.2} at a time, {:.0} % of the speed limit, touching {:.0} s",
                 figures.waiting_secs,
                 figures.entered_per_hour,
                 figures.occupancy,

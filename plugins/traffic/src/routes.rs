@@ -39,7 +39,7 @@ pub struct Reservations {
 }
 
 impl Reservations {
-    /// Counts a robot, which stands for `weight` robots, once on each edge of its route. Edges that
+    /// Counts a robot, which represents `weight` robots, once on each edge of its route. Edges that
     /// the world doesn't have are left out.
     fn count(&mut self, route: &RouteResponse, weight: u32) {
         let mut legs: Vec<(u32, bool)> =
@@ -66,8 +66,8 @@ pub struct RouteWatch {
 }
 
 impl RouteWatch {
-    /// Starts the thread. If it can't be started, or the fleet can't be joined, that is printed,
-    /// and there are no reservations.
+    /// Starts the thread. If it can't be started, or the fleet can't be joined, it prints the
+    /// error, and there are no reservations.
     pub fn start(fleet: &FleetName) -> Self {
         let (stop, stopped) = mpsc::sync_channel(1);
         let (found, rounds) = mpsc::channel();
@@ -157,8 +157,8 @@ fn round(
     Some(found)
 }
 
-/// Keeps every n-th robot, so that at most `max` are left, and returns n. Robots of one type, or of
-/// one start, have consecutive ids, so each of these groups keeps its share.
+/// Keeps every n-th robot, so that at most `max` remain. Returns n. Robots of one type, or of one
+/// start, have consecutive ids, so each of these groups keeps its share.
 fn thin_out(robots: &mut Vec<u32>, max: usize) -> u32 {
     let step = robots.len().div_ceil(max).max(1);
     *robots = robots.iter().copied().step_by(step).collect();

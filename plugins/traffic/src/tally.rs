@@ -1,4 +1,4 @@
-//! The tally of a frame: how many robots are where, and what they do there.
+//! The tally of a frame: the number of robots on each edge, by state.
 
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
@@ -76,7 +76,7 @@ impl Tally {
         self.edges.resize(columns.edge.len(), NO_EDGE);
         let rows = columns.edge.iter().zip(columns.speed).zip(columns.state);
         for (((&edge, &speed), &state), before) in rows.zip(&mut self.edges) {
-            // An absent robot is on no edge.
+            // An absent robot isn't on an edge.
             let edge = if state == RobotState::Absent as u8 { NO_EDGE } else { edge };
             let entered = edge != *before && *before != NO_EDGE;
             *before = edge;

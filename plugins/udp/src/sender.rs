@@ -20,7 +20,10 @@ use crate::tally::{Effort, EverySecond};
 #[derive(Parser, Debug)]
 #[command(name = "udp", bin_name = "regatta plugin udp", max_term_width = 100)]
 #[command(mut_arg("rate", |rate| rate.help("Frames per second to send, or 'all' [default: 50]")))]
-#[command(mut_arg("verbose", |verbose| verbose.help("Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv for its complete log")))]
+#[command(mut_arg("verbose", |verbose| verbose.help(
+    "Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv for \
+     its complete log"
+)))]
 struct SenderOptions {
     /// Send to this address
     #[arg(long, value_name = "HOST:PORT")]
@@ -49,7 +52,8 @@ struct SenderOptions {
     #[arg(long, value_name = "N", value_parser = options::decimals, requires = "listen")]
     echo_decimals: Option<usize>,
     /// Seconds within which a line has to be answered
-    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = options::seconds, requires = "listen")]
+    #[arg(long, value_name = "SECONDS", default_value = "1", requires = "listen")]
+    #[arg(value_parser = options::seconds)]
     echo_deadline: Duration,
     /// Print the final statistics on standard output as JSON, too
     #[arg(long)]
@@ -150,7 +154,8 @@ impl Sender {
     fn summary(&self) -> String {
         let SendTotals { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
         let mut text = format!(
-            "{lines} lines of {frames} frames sent to {} in {datagrams} datagrams ({bytes} bytes) {}",
+            "{lines} lines of {frames} frames sent to {} in {datagrams} datagrams ({bytes} bytes) \
+             {}",
             self.outlet.to, self.effort
         );
         for (count, name) in [(refused, "lines not sent"), (not_finite, "poses not finite")] {
@@ -166,15 +171,15 @@ impl Sender {
         let echo = self.echo.as_ref().map(|echo| {
             let totals = echo.with(|check| check.totals());
             serde_json::json!({
-                "sent": totals.sent, "answered": totals.answered, "missing": totals.missing, "late": totals.late,
-                "differing": totals.differing, "unchecked": totals.unchecked, "open": totals.open(),
-                "repeated": totals.repeated, "unknown": totals.unknown,
+                "sent": totals.sent, "answered": totals.answered, "missing": totals.missing,
+                "late": totals.late, "differing": totals.differing, "unchecked": totals.unchecked,
+                "open": totals.open(), "repeated": totals.repeated, "unknown": totals.unknown,
             })
         });
         serde_json::json!({
-            "frames": frames, "lines": lines, "datagrams": datagrams, "bytes": bytes, "lines_not_sent": refused,
-            "poses_not_finite": not_finite, "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(),
-            "echo": echo,
+            "frames": frames, "lines": lines, "datagrams": datagrams, "bytes": bytes,
+            "lines_not_sent": refused, "poses_not_finite": not_finite,
+            "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(), "echo": echo,
         })
     }
 }

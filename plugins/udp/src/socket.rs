@@ -225,7 +225,8 @@ pub enum SocketError {
     NoPort(String),
     /// The address can't be listened on.
     #[error(
-        "can't listen on {address}: {reason}; is another program listening there? choose another port"
+        "can't listen on {address}: {reason}; is another program listening there? choose another \
+         port"
     )]
     Listen {
         /// The requested address.

@@ -124,8 +124,8 @@ impl Judge {
         self.types.extend(types.iter().map(|number| *number as u16));
     }
 
-    /// Takes the events of a tick. Only those of robots that join, leave or have a flat battery
-    /// matter. `is_incomplete` says that events were lost.
+    /// Takes the events of a tick. Only events of robots that join, leave or have a flat battery
+    /// matter. `is_incomplete` means that events were lost.
     pub fn take_events(
         &mut self,
         header: &EventHeader,

@@ -1,4 +1,4 @@
-//! The options of a judgement, live or of a recording, and the files of its report.
+//! The options of a validation, live or of a recording, and the files of its report.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -68,7 +68,7 @@ struct Check<'a> {
 }
 
 impl Orders {
-    /// Takes the records of a tick. `is_incomplete` says that samples before them are missing.
+    /// Takes the records of a tick. `is_incomplete` means that samples before them are missing.
     pub fn take(&mut self, header: &OrderHeader, records: &[OrderRecord], is_incomplete: bool) {
         // Samples published before the judge joined the log don't count as missing, but are
         // unknown.
@@ -161,7 +161,10 @@ impl Orders {
         let &OrderRecord { order: number, robot, .. } = check.record;
         let Some(order) = self.orders.get_mut(&number) else { return };
         if order.is_whole && order.stops.len() != order.wanted_stops as usize {
-            check.report(Kind::ContradictoryRecords, "assigned before all of its stops were told");
+            check.report(
+                Kind::ContradictoryRecords,
+                "assigned before all of its stops were recorded",
+            );
         }
         if order.is_whole && order.robot.is_some() {
             check.report(Kind::ContradictoryRecords, "assigned although it has a robot");

@@ -24,7 +24,7 @@ const TYPES_WAIT: Duration = Duration::from_secs(2);
 /// The command line of `regatta plugin validator`.
 #[derive(Clone, Debug, Parser)]
 #[command(bin_name = "regatta plugin validator", max_term_width = 100)]
-#[command(about = "Judges a fleet: contacts, motion, orders; fails if it finds anything")]
+#[command(about = "Validates a fleet: contacts, motion, orders; fails if there are findings")]
 pub struct Cli {
     /// Options of the judgement and its report.
     #[command(flatten)]
@@ -181,7 +181,7 @@ impl Plugin for ValidatorProgram {
     fn on_stop(&mut self) -> Result {
         self.validator.on_stop()?;
         let report = self.validator.take_report();
-        // A closed standard output is no finding.
+        // A closed standard output isn't a finding.
         let _ = write!(std::io::stdout(), "{report}");
         Ok(self.options.conclude(&report)?)
     }

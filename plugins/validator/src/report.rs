@@ -78,7 +78,7 @@ impl Report {
         self.kinds.iter().filter(|report| report.count > 0)
     }
 
-    /// Describes what was judged in one line.
+    /// Describes the validated data in one line.
     fn subject(&self) -> String {
         let Self { frames, robots, orders, seconds, .. } = self;
         let mut line =

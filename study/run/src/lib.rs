@@ -37,7 +37,8 @@
 
 use std::time::Duration;
 
-use regatta_engine::engine::{Engine, EngineError, Options, Summary};
+pub use regatta_engine::engine::Summary;
+use regatta_engine::engine::{Engine, EngineError, Options};
 use regatta_plugin::{Error, FleetName, LocalFleet, LocalPlugin, OpenError, Plugin};
 use regatta_scenario::Scenario;
 
@@ -259,4 +260,3 @@ fn order(members: &[Member<'_>]) -> Result<Vec<usize>, RunError> {
     }
     Ok(order)
 }
-

@@ -15,6 +15,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(5);
 pub struct Local {
     /// This program.
     program: PathBuf,
+    /// Further arguments of `study-run`.
+    args: Vec<String>,
     size: usize,
 }
 
@@ -24,16 +26,16 @@ struct Running<'a> {
 }
 
 impl Local {
-    /// Makes workers of a program that knows `study-run`.
-    pub fn new(program: PathBuf, size: usize) -> Self {
-        Self { program, size: size.max(1) }
+    /// Makes workers of a program that knows `study-run`, with further arguments for it.
+    pub fn new(program: PathBuf, args: Vec<String>, size: usize) -> Self {
+        Self { program, args, size: size.max(1) }
     }
 
     /// Returns the command that does a task.
     fn command(&self, task: &Task) -> Command {
         let mut command = Command::new(&self.program);
         command.arg("study-run").arg(&task.job).arg("--layout").arg(&task.layout);
-        command.arg("--output").arg(&task.result);
+        command.arg("--output").arg(&task.result).args(&self.args);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }

@@ -160,7 +160,8 @@ impl Columns {
     }
 
     /// Uploads the values that robots are coloured by. Robots beyond the end of `values` have none.
-    pub fn set_values(&mut self, gpu: &Gpu, values: &[f32]) {
+    pub fn set_values(&mut self, gpu: &Gpu, values: Option<&[f32]>) {
+        let values = values.unwrap_or_default();
         self.values = values.len().min(self.rows);
         gpu.queue.write_buffer(&self.attributes, 0, bytemuck::cast_slice(&values[..self.values]));
     }
@@ -263,11 +264,6 @@ impl Columns {
     /// Whether the column of robot types hasn't been uploaded into the current buffers.
     pub fn lacks_robot_type_column(&self) -> bool {
         !self.has_robot_type_column
-    }
-
-    /// Removes the values of all robots.
-    pub fn clear_values(&mut self) {
-        self.values = 0;
     }
 
     /// Rows that the buffers have room for.

@@ -12,9 +12,8 @@ use wgpu::{
 use super::attachments::Attachments;
 use super::bindings::{Binding, bind_group_layout, bind_texture};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline, shader};
 use super::resources::{begin_pass, texture, view_of};
-use super::shaders::shader;
 use super::view::ViewUniform;
 
 /// Copies pictures into the viewport of a render pass.
@@ -124,8 +123,8 @@ pub enum Source {
     Kept,
 }
 
-/// Keeps a copy of the floor and the graph: while the camera stands still, they are the same in every
-/// picture, and a copy is cheaper than drawing them again.
+/// Keeps a copy of the floor and the graph: while the camera stands still, they are the same in
+/// every picture, and a copy is cheaper than drawing them again.
 #[derive(Debug)]
 pub struct Ground {
     target: TargetConfig,

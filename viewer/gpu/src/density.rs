@@ -16,10 +16,9 @@ use wgpu::{
 use super::bindings::{Binding, bind_group, bind_group_layout, bind_texture};
 use super::device::Gpu;
 use super::pipeline::{
-    PipelineDescriptor, TargetConfig, WORKGROUP, compute_pipeline, render_pipeline,
+    PipelineDescriptor, TargetConfig, WORKGROUP, compute_pipeline, render_pipeline, shader,
 };
 use super::resources::{buffer, linear_sampler, texture, view_of};
-use super::shaders::shader;
 
 /// The lengths in pixels between which robots fade from a field to marks.
 pub const FADE: Range<f32> = 1.6..4.4;

@@ -13,12 +13,14 @@ use wgpu::{
 pub enum DeviceError {
     /// There is no usable driver.
     #[error(
-        "no graphics adapter: install a Vulkan driver (on Debian and Ubuntu `apt install mesa-vulkan-drivers` has one that needs no graphics card)"
+        "no graphics adapter: install a Vulkan driver (on Debian and Ubuntu `apt install \
+         mesa-vulkan-drivers` has one that needs no graphics card)"
     )]
     NoAdapter,
     /// The adapter lacks a required feature or limit.
     #[error(
-        "the adapter {adapter} can't be used: {reason}; install another Vulkan driver, or update this one"
+        "the adapter {adapter} can't be used: {reason}; install another Vulkan driver, or update \
+         this one"
     )]
     Refused {
         /// The adapter's name.
@@ -28,7 +30,8 @@ pub enum DeviceError {
     },
     /// The adapter's memory is full.
     #[error(
-        "the memory of the adapter {adapter} is full; choose a smaller picture or floor image, --samples 1, or fewer trails"
+        "the memory of the adapter {adapter} is full; choose a smaller picture or floor image, \
+         --samples 1, or fewer trails"
     )]
     OutOfMemory {
         /// The adapter's name.

@@ -11,9 +11,8 @@ use wgpu::{
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
-use super::pipeline::{PipelineDescriptor, TargetConfig, render_pipeline};
+use super::pipeline::{PipelineDescriptor, TargetConfig, render_pipeline, shader};
 use super::resources::{buffer, extent, linear_sampler, view_of};
-use super::shaders::shader;
 
 /// The shaders' `Placement` of the picture.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -16,10 +16,9 @@ use wgpu::{
 use super::bindings::{Binding, bind_buffers, bind_group, bind_group_layout};
 use super::device::Gpu;
 use super::pipeline::{
-    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline,
+    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline, shader,
 };
 use super::resources::buffer;
-use super::shaders::shader;
 
 /// The number of draw lists, of which the last two are for picking only; the same as in graph.wgsl.
 const LISTS: usize = 9;

@@ -14,10 +14,9 @@ use wgpu::{
 use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::device::Gpu;
 use super::pipeline::{
-    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline,
+    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline, shader,
 };
 use super::resources::buffer;
-use super::shaders::shader;
 
 /// From this number of curves on, short ribbons are drawn into pixels where the processor draws:
 /// that costs a pass over all pixels.
@@ -30,7 +29,7 @@ const STARTS: usize = 36;
 const DRAWS: usize = 2 * STEPS + 1;
 /// The size of the arguments of an indirect draw.
 const DRAW_BYTES: usize = size_of::<DrawIndirectArgs>();
-/// The most curves: those beyond are left out.
+/// The maximum number of curves. Further curves are left out.
 const MAX_CURVES: usize = 4 << 20;
 
 /// Draws the heat map.
@@ -100,7 +99,8 @@ impl HeatRibbons {
         self.buffers.set(gpu, map);
     }
 
-    /// Sorts what is in sight of a picture of `size` pixels. `records` are those of the graph.
+    /// Sorts the visible hot curves of a picture of `size` pixels. `records` are those of the
+    /// graph.
     pub fn sort(
         &mut self,
         gpu: &Gpu,
@@ -130,7 +130,7 @@ impl HeatRibbons {
         pass.dispatch_workgroups(1, 1, 1);
     }
 
-    /// Draws what was sorted last.
+    /// Draws the curves that were sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup) {
         let Some(Groups { drawing, .. }) = &self.buffers.groups else { return };
         if self.buffers.curves == 0 {

@@ -11,10 +11,9 @@ use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::columns::Columns;
 use super::device::Gpu;
 use super::pipeline::{
-    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline,
+    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline, shader,
 };
 use super::resources::buffer;
-use super::shaders::shader;
 
 /// The simulated time between two points of a trail, in nanoseconds.
 const INTERVAL_NANOS: u64 = 250_000_000;

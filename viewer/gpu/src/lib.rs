@@ -1,6 +1,6 @@
 //! GPU rendering with wgpu: uploads of the fleet's columns, and the compute and render passes that
-//! draw a picture of a [`Scene`](regatta_scene::Scene). It needs no window and shows no panels; of
-//! the interface it draws the meshes that egui has made of it.
+//! draw a picture of a [`Scene`](regatta_scene::Scene). It needs no window and shows no panels. It
+//! draws the meshes that egui makes of the interface.
 //!
 //! It asks an adapter for no feature and no limit beyond WebGPU's defaults: larger limits are used
 //! where an adapter has them, and timestamps where it can write them.
@@ -24,10 +24,8 @@ mod pipeline;
 pub mod renderer;
 pub mod resources;
 mod robots;
-mod shaders;
 mod splats;
 mod timer;
 mod view;
 
-pub use pipeline::TargetConfig;
-pub use shaders::SHADERS;
+pub use pipeline::{SHADERS, TargetConfig};

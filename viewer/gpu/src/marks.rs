@@ -15,8 +15,7 @@ use wgpu::{BindGroup, BindGroupLayout, RenderPass, VertexAttribute, vertex_attr_
 
 use super::device::Gpu;
 use super::instances::{Instance, Instances};
-use super::pipeline::TargetConfig;
-use super::shaders::shader;
+use super::pipeline::{TargetConfig, shader};
 
 /// The vertices of a quad.
 const QUAD: u32 = 4;
@@ -208,7 +207,7 @@ impl Marks {
     }
 }
 
-/// The indices of an edge's curves, as far as the world has them.
+/// The indices of an edge's curves that the world has.
 fn curves_of(world: &World<'_>, edge: &EdgeRecord) -> Range<u32> {
     let end = edge.first_curve.saturating_add(world.curves(edge).len() as u32);
     edge.first_curve..end.min(world.all_curves().len() as u32)

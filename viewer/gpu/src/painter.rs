@@ -15,9 +15,8 @@ use wgpu::{
 
 use super::bindings::{Binding, bind_buffers, bind_group_layout, bind_texture};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline, shader};
 use super::resources::{begin_pass, buffer, extent, linear_sampler, texture, view_of};
-use super::shaders::shader;
 
 /// The attributes of egui's vertices: position, texture coordinates, colour.
 const VERTEX: [VertexAttribute; 3] =

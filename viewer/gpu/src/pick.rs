@@ -1,5 +1,5 @@
-//! Picking: the ids of what was drawn around the pointer are drawn into a target of a few pixels
-//! and read back.
+//! Picking: the ids of items around the pointer are drawn into a target of a few pixels, and read
+//! back.
 
 use glam::{UVec2, Vec2, Vec4};
 use regatta_scene::Item;

@@ -1,4 +1,5 @@
-//! Render and compute pipelines, and the formats that they draw into.
+//! The WGSL sources of all shaders, render and compute pipelines of them, and the formats that they
+//! draw into.
 
 use wgpu::{
     BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, ComputePass,
@@ -32,7 +33,7 @@ impl TargetConfig {
     /// The id buffer of picking.
     pub const IDS: Self = Self { format: ID_FORMAT, samples: 1, splats_from: u32::MAX };
 
-    /// Chooses whether to splat by what is faster on the adapter.
+    /// Chooses whether to splat, by which is faster on the adapter.
     pub fn new(gpu: &Gpu, format: TextureFormat, samples: u32) -> Self {
         // A software adapter splats on all SIMD lanes of all cores but sets up triangles on a
         // single core. Splatting costs a pass over all pixels, so it pays off only for many robots.
@@ -194,4 +195,43 @@ fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu:
         immediate_size: 0,
     };
     gpu.device.create_pipeline_layout(&descriptor)
+}
+
+/// Concatenates WGSL files.
+macro_rules! wgsl {
+    ($($file:literal)+) => {
+        concat!($(include_str!(concat!("shaders/", $file, ".wgsl"))),+)
+    };
+}
+
+/// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has
+/// no imports.
+pub const SHADERS: [(&str, &str); 17] = [
+    ("floor", wgsl!("view" "floor")),
+    ("graph", wgsl!("view" "curves" "graph")),
+    ("routes", wgsl!("view" "curves" "routes")),
+    ("closures", wgsl!("view" "curves" "closures")),
+    ("marked", wgsl!("view" "curves" "marked")),
+    ("heat", wgsl!("view" "triangle" "curves" "heat")),
+    ("copy", wgsl!("triangle" "copy")),
+    ("robots", wgsl!("view" "robots")),
+    ("sort", wgsl!("view" "poses" "marks" "sort")),
+    ("splats", wgsl!("view" "marks" "splats")),
+    ("highlights", wgsl!("view" "poses" "highlights")),
+    ("density", wgsl!("view" "marks" "density")),
+    ("field", wgsl!("view" "triangle" "marks" "field")),
+    ("goals", wgsl!("view" "curves" "goals")),
+    ("stations", wgsl!("view" "stations")),
+    ("waits", wgsl!("view" "poses" "waits")),
+    ("interface", wgsl!("interface")),
+];
+
+/// Compiles one of [`SHADERS`].
+///
+/// # Panics
+/// If no shader has this name.
+pub fn shader(gpu: &Gpu, name: &str) -> ShaderModule {
+    let (_, text) = SHADERS.iter().find(|(listed, _)| *listed == name).expect("a shader's name");
+    let source = wgpu::ShaderSource::Wgsl((*text).into());
+    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
 }

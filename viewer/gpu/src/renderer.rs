@@ -245,10 +245,7 @@ impl Renderer {
 
     /// Sets or removes the values that robots are coloured by.
     pub fn set_values(&mut self, values: Option<&[f32]>) {
-        match values {
-            Some(values) => self.columns.set_values(&self.gpu, values),
-            None => self.columns.clear_values(),
-        }
+        self.columns.set_values(&self.gpu, values);
     }
 
     /// Dims the robots whose bit is not set, 32 to a word; with `None` no robot.

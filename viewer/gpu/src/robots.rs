@@ -2,7 +2,6 @@
 //! blocks and marks.
 
 mod pipelines;
-mod sorting;
 
 use glam::UVec2;
 use wgpu::util::{BufferInitDescriptor, DeviceExt, DrawIndexedIndirectArgs};
@@ -20,15 +19,15 @@ use super::resources::buffer;
 use super::splats::Splats;
 use super::timer::Timer;
 use crate::mesh::{Mesh, MeshBuffers};
-use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines};
-use sorting::Sorting;
-pub use sorting::{Dense, Variant};
+use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines, Sorting};
+pub use pipelines::{Dense, Variant};
 
-/// The most meshes; the same as in sort.wgsl.
+/// The maximum number of meshes; the same as in sort.wgsl.
 const MESHES: usize = 8;
-/// The most robots that are drawn as one mesh; the same as in sort.wgsl.
+/// The maximum number of robots that are drawn as one mesh; the same as in sort.wgsl.
 const MESH_CAPACITY: usize = 8_192;
-/// The most robots that are drawn as boxes, and as round blocks; the same as in sort.wgsl.
+/// The maximum number of robots that are drawn as boxes, and of those drawn as round blocks; the
+/// same as in sort.wgsl.
 const BLOCK_CAPACITY: usize = 131_072;
 /// The number of draw lists: one for each mesh, one each of boxes, round blocks, marks, and tiles
 /// with marks.

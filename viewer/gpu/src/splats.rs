@@ -10,9 +10,10 @@ use wgpu::{
 use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::density::Density;
 use super::device::Gpu;
-use super::pipeline::{DepthMode, Output, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::pipeline::{
+    DepthMode, Output, PipelineDescriptor, TargetConfig, render_pipeline, shader,
+};
 use super::resources::buffer;
-use super::shaders::shader;
 
 /// Width and height of a tile in pixels; the same as in marks.wgsl.
 const TILE: u32 = 32;
@@ -90,8 +91,8 @@ impl Splats {
         encoder.clear_buffer(&self.pixels, from * word, Some((self.words - from) * word));
     }
 
-    /// Draws the marks, or the robots' ids in the same way. The indirect arguments at offset `at` of
-    /// `draws` hold the number of tiles with marks.
+    /// Draws the marks, or the robots' ids in the same way. The indirect arguments at offset `at`
+    /// of `draws` hold the number of tiles with marks.
     pub fn draw(&self, pass: &mut RenderPass<'_>, output: Output, draws: &Buffer, at: u64) {
         pass.set_pipeline(match output {
             Output::Colours => &self.colours,

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Context, FontId, Rect, RichText, Stroke, vec2};
 use glam::Vec2;
+use regatta_base::round;
 use regatta_scene::camera::Camera;
 use regatta_scene::palette::Theme;
 
@@ -67,7 +68,7 @@ impl Banner {
 /// Shows a bar with its length on the ground, at the middle of the picture; `metre` is the length
 /// of a metre there, in points. Returns whether there is room for it.
 fn scale(context: &Context, placement: &mut Placement, metre: f32, theme: Theme) -> bool {
-    let metres = round_length(SHORTEST_BAR / metre);
+    let metres = round::up(SHORTEST_BAR / metre) as f32;
     let colours = style::colours(theme);
     float(context, placement, theme, "scale", Align2::RIGHT_BOTTOM, |ui| {
         let (rect, _) = ui.allocate_exact_size(vec2(metres * metre, 20.0), egui::Sense::hover());
@@ -93,27 +94,9 @@ fn points_per_metre(camera: &Camera, size: Vec2) -> Option<f32> {
     (length.is_finite() && length > 1e-6).then_some(length)
 }
 
-/// Returns 1, 2 or 5 times a power of ten, at least `least`.
-fn round_length(least: f32) -> f32 {
-    let unit = 10_f32.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|factor| factor * unit)
-        .into_iter()
-        .find(|length| *length >= least)
-        .unwrap_or(least)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_scale_has_a_round_length() {
-        assert_eq!(
-            [0.3, 1.0, 3.0, 7.0, 42.0].map(round_length).map(|length| (length * 10.0).round()),
-            [5.0, 10.0, 50.0, 100.0, 500.0]
-        );
-    }
 
     #[test]
     fn a_metre_is_shorter_from_farther_away() {

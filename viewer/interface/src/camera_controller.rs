@@ -30,7 +30,7 @@ pub enum Follow {
     Above,
 }
 
-/// The camera of a window, and what moves it.
+/// The camera of a window, and its motion.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraController {
     camera: Camera,
@@ -249,7 +249,7 @@ impl CameraController {
         self.fly(camera);
     }
 
-    /// Sets the camera's direction, in radians; what it looks at stays.
+    /// Sets the camera's direction in radians. Its target stays.
     pub fn look(&mut self, yaw: f32, pitch: f32) {
         let usual = if self.camera.is_plan() { self.camera.toggled_plan() } else { self.camera };
         self.fly(Camera { yaw, pitch, ..usual });
@@ -291,8 +291,8 @@ impl CameraController {
 
     fn fly(&mut self, to: Camera) {
         self.fit = None;
-        // Between a plan and a perspective there is no way: it would lead through all fields of
-        // view.
+        // A change between a plan and a perspective isn't animated: it would pass through all
+        // fields of view.
         if self.camera.is_plan() != to.is_plan() {
             self.camera = to.clamped();
             return;

@@ -1,5 +1,5 @@
-//! The part of the view panel about cameras: those that the scenario names, and the plan as a file;
-//! and where the floor picture is placed.
+//! The part of the view panel about cameras: the named cameras of the scenario, the plan as a file,
+//! and the placement of the floor picture.
 
 use std::str::FromStr;
 

@@ -29,7 +29,7 @@ pub enum UserCommand {
         /// The node.
         node: u32,
     },
-    /// Ask the fleet manager to take back what a robot was sent for.
+    /// Ask the fleet manager to cancel the last sending of a robot.
     Recall(u32),
     /// Close an edge.
     Close(u32),

@@ -9,7 +9,7 @@ use regatta_scene::curves::{curve_length, curve_point};
 
 /// The least and the largest width of a cell, in metres.
 const CELL: (f32, f32) = (1.0, 50.0);
-/// The most points of a curve that are looked at.
+/// The maximum number of examined points of a curve.
 const MAX_POINTS: u32 = 4096;
 /// The largest reach, in cells: with the distance between two points of a curve, it is less than a
 /// cell.

@@ -128,7 +128,7 @@ fn figures(
     present: Option<&Presence>,
     heat: Option<Heat>,
 ) {
-    // Of a time that is over, only where robots were is known.
+    // For the past, only the places of robots are known.
     let facts = context.model.jams.edge(edge).filter(|_| !context.model.is_past());
     let period = heat.map_or(Period::TenMinutes, |heat| heat.period);
     let number = Period::ALL.iter().position(|known| *known == period).unwrap_or_default();

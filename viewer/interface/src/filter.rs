@@ -5,24 +5,13 @@ use std::collections::BTreeSet;
 
 use egui::{Button, ComboBox, Role, TextEdit, Ui, WidgetInfo};
 use regatta_plugin::frame::RobotState;
+use regatta_scene::palette::STATES;
 
 use super::context::{PanelContext, Request};
 use super::style;
 use super::view_model::ViewModel;
 use crate::robot_filter::{Filter, MatchCounts, OrderFilter, is_in};
 use crate::text::{thousands, with_plural};
-
-/// The states to choose from.
-const STATES: [RobotState; 8] = [
-    RobotState::Idle,
-    RobotState::Driving,
-    RobotState::Waiting,
-    RobotState::Held,
-    RobotState::Faulted,
-    RobotState::Turning,
-    RobotState::Stalled,
-    RobotState::Broken,
-];
 
 /// An order's number as typed into the filter.
 #[derive(Clone, Debug, Default)]
@@ -100,8 +89,8 @@ fn count_text(filter: &Filter, context: &PanelContext<'_>) -> String {
     format!("{} of {} {verb}", thousands(number.into()), with_plural(all.into(), "robot"))
 }
 
-/// Whether a robot matches the filter, and is on the level that alone is shown; of all robots,
-/// until that is known.
+/// Whether a robot matches the filter, and is on the only shown level. Until the matches are known,
+/// all robots match.
 pub(super) fn is_matching(context: &PanelContext<'_>, robot: u32) -> bool {
     context.model.matches.is_none_or(|matches| {
         let is_on_level = context.is_side_by_side || is_in(matches.on_level.as_ref(), robot);

@@ -21,7 +21,7 @@ use crate::text::with_plural;
 /// A column of the list: title, order, and right edge as a fraction of the width.
 type Column = (&'static str, Option<SortBy>, f32);
 
-/// The columns of a narrow list: what a robot does. Where it is, the picture shows.
+/// The columns of a narrow list: the activity of a robot. The picture shows its place.
 const NARROW: &[Column] = &[
     ("id", Some(SortBy::Id), 0.215),
     ("state", Some(SortBy::State), 0.405),
@@ -136,8 +136,8 @@ impl FleetPanel {
         }
     }
 
-    /// Returns the rows to show: while the pointer is over the list those that it came upon, so
-    /// that the row under it stays.
+    /// Returns the rows to show. While the pointer is over the list, they don't change, so that the
+    /// row under it stays.
     fn held_rows(&mut self, ui: &Ui, newest: Option<&Rows>) -> Option<Rows> {
         let newest = newest?;
         let is_over = self.area.is_some_and(|area| ui.rect_contains_pointer(area));

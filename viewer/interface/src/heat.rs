@@ -20,7 +20,7 @@ pub struct HeatLegend {
 }
 
 impl HeatLegend {
-    /// Shows the ramp with its numbers, and what they are.
+    /// Shows the ramp with its numbers and their meaning.
     pub fn show(&self, ui: &mut Ui, theme: Theme) {
         ui.add_space(3.0);
         ui.label(RichText::new(self.heat.figure.title()).strong());
@@ -50,13 +50,13 @@ impl HeatLegend {
         let colours = style::colours(theme);
         if facts.heat.figure == Figure::Contacts && !facts.has_contacts {
             ui.label(
-                RichText::new("nobody checks: regatta plugin collision")
+                RichText::new("no collision checker runs: regatta plugin collision")
                     .size(11.0)
                     .color(colours.warn),
             );
         }
         if facts.heat.figure == Figure::Routes && !facts.has_routes {
-            let text = "no routes are known: none in lockstep, none of recordings";
+            let text = "no routes: not available in lockstep and in recordings";
             ui.label(RichText::new(text).size(11.0).color(colours.warn));
         }
     }

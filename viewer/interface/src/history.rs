@@ -17,7 +17,7 @@ const THETA: usize = 2;
 
 /// The simulated time between two snapshots of all robots, in seconds.
 const SNAPSHOT_GAP: f64 = 0.25;
-/// The most memory for the snapshots of a minute, in bytes; a larger fleet is not recorded.
+/// The maximum memory for the snapshots of a minute, in bytes; a larger fleet is not recorded.
 const MAX_BYTES: f64 = 64e6;
 
 /// The columns of all robots during the last minute, copied as they are a few times per simulated
@@ -37,7 +37,8 @@ struct Snapshot {
 }
 
 impl Recorder {
-    /// Takes a snapshot of a frame if one is due. Another run, or a step back in time, begins anew.
+    /// Takes a snapshot of a frame if one is due. Another run, or a step back in time, resets the
+    /// history.
     pub fn push(&mut self, frame: &Frame<'_>) {
         let now = frame.sim_time().as_secs_f64();
         let last = self.snapshots.back().map_or(f64::NEG_INFINITY, |snapshot| snapshot.at);
@@ -100,8 +101,8 @@ pub struct History {
 }
 
 impl History {
-    /// Adds the values of a frame. The history starts anew with another robot or run, or when time
-    /// has gone back; of another robot it starts with what was recorded.
+    /// Adds the values of a frame. Another robot or run, or a step back in time, resets the
+    /// history. The history of another robot starts with its recorded values.
     pub fn push(&mut self, frame: &Frame<'_>, robot: u32, recorder: &Recorder) {
         let (row, now) = (robot as usize, frame.sim_time().as_secs_f64());
         let source = Some((frame.run_id(), robot));

@@ -1,5 +1,5 @@
-//! Facts about jams: the traffic on edges, the robots at a place, and hot spots, where robots touch,
-//! or stand and can't drive on, ranked by the time that they have cost.
+//! Facts about jams: the traffic on edges, the robots at a place, and hot spots, where robots
+//! touch, or stand and can't drive on, ranked by the time that they have cost.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -70,7 +70,7 @@ impl JamFacts {
     }
 }
 
-/// The most robots that are listed.
+/// The maximum number of robots that are listed.
 pub const LISTED: usize = 12;
 
 /// The robots at a place.
@@ -162,7 +162,8 @@ pub fn csv(spots: &[Spot], edge_ids: &dyn Fn(u32) -> Option<u32>) -> String {
         // Writing to a string can't fail.
         let _ = writeln!(
             text,
-            "{rank},{:.2},{:.2},{lost:.1},{contact:.1},{standing:.1},{first:.1},{last:.1},{trend},{}",
+            "{rank},{:.2},{:.2},{lost:.1},{contact:.1},{standing:.1},{first:.1},{last:.1},\
+             {trend},{}",
             spot.place.x,
             spot.place.y,
             edges.join(" ")

@@ -59,22 +59,20 @@ struct Label {
 impl Labels {
     /// Collects the nodes and edges of a route graph, or of one of its levels.
     pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
-        let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
-        let nodes = world.nodes().iter().filter(|node| is_shown(node.level)).map(|node| Label {
-            place: Vec2::new(node.x, node.y),
-            id: node.id,
-            is_node: true,
-            station: station_of(world, node),
-        });
-        let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
-        let middles = edges.filter_map(|edge| Some((edge, midpoint(world, edge)?)));
-        let edges = middles.map(|(edge, place)| Label {
-            place,
-            id: edge.id,
-            is_node: false,
-            station: None,
-        });
-        let mut all: Vec<_> = nodes.chain(edges).collect();
+        let mut all = Vec::new();
+        for node in world.nodes() {
+            if level.is_none_or(|level| world.text(node.level) == level) {
+                let (place, station) = (Vec2::new(node.x, node.y), station_of(world, node));
+                all.push(Label { place, id: node.id, is_node: true, station });
+            }
+        }
+        for edge in world.edges() {
+            if level.is_none_or(|level| world.text(edge.level) == level)
+                && let Some(place) = midpoint(world, edge)
+            {
+                all.push(Label { place, id: edge.id, is_node: false, station: None });
+            }
+        }
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
     }

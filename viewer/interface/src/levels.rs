@@ -1,6 +1,6 @@
 //! The levels of a plant: all on top of each other, one alone, or all side by side. Side by side,
 //! all have the same camera, so that what is above each other is at the same place of each part of
-//! the picture. Mouse and panels are about one level, that of the part which was clicked last.
+//! the picture. Mouse and panels act on one level, that of the part that was clicked last.
 
 use egui::{Align2, ComboBox, Event, FontId, LayerId, Pos2, Rect, Stroke, StrokeKind, Ui, vec2};
 use glam::{Vec2, Vec3};
@@ -30,7 +30,7 @@ pub(super) struct Levels {
 /// The place of the picture of the fleet, in points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureArea {
-    /// The picture that mouse and panels are about; it goes on under the panels.
+    /// The picture that mouse and panels act on. It continues under the panels.
     pub picture: Rect,
     /// The part of it that no panel covers.
     pub visible: Rect,
@@ -119,7 +119,7 @@ impl Interface {
         self.levels.is_on = is_on;
     }
 
-    /// The levels that are shown beside the one that mouse and panels are about.
+    /// The levels that are shown beside the one that mouse and panels act on.
     pub fn levels_beside(&self) -> impl Iterator<Item = &str> {
         let beside = self.levels.names.iter().filter(|_| self.levels.is_side_by_side());
         beside.map(String::as_str).filter(|level| Some(*level) != self.level())
@@ -131,9 +131,9 @@ impl Interface {
         &self.levels.parts
     }
 
-    /// Returns where the picture is that goes on under the panels as `picture`, and is in sight as
-    /// `whole`. Of levels side by side, it is a part; pressing a button of the mouse or turning its
-    /// wheel in another one moves on to that level.
+    /// Returns the area of the picture. `picture` continues under the panels, and `whole` is its
+    /// visible part. With levels side by side, it is the area of one level. Pressing a mouse button
+    /// or turning the wheel in another one changes to that level.
     pub(super) fn area(
         &mut self,
         ui: &Ui,

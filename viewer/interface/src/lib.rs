@@ -33,7 +33,7 @@ mod minimap;
 mod notes;
 pub mod orders;
 pub mod overlay;
-mod performance;
+pub mod performance;
 pub mod placement;
 mod places;
 pub mod plan;
@@ -53,8 +53,6 @@ pub mod style;
 pub mod symbols;
 pub mod text;
 mod timeline;
-mod timeline_paint;
-pub mod timing;
 mod top_bar;
 pub mod transport;
 mod view;
@@ -116,7 +114,7 @@ impl Interface {
                 interface.transport.show(context, shows_past, ui);
             });
         });
-        // The picture goes on under the panels, so that it doesn't move when one is opened.
+        // The picture continues under the panels, so that it doesn't move when one is opened.
         let picture = ui.available_rect_before_wrap();
         if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
             Panel::bottom("timeline")
@@ -148,7 +146,8 @@ impl Interface {
         (area.picture, self.timely(level.as_deref(), actions))
     }
 
-    /// Shows everything that floats over the picture. `pointer` is the place of the pointer over it.
+    /// Shows everything that floats over the picture. `pointer` is the place of the pointer over
+    /// it.
     fn over_picture(
         &mut self,
         context: &PanelContext<'_>,
@@ -210,7 +209,7 @@ impl Interface {
         self.last.window = self.free_part(area).unwrap_or(self.last.window);
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let robot = self.camera_controller.flies_to();
-        let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset.into()));
+        let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset));
         self.camera_controller.aim(pose.map(|pose| pose.place), self.last.window);
         self.camera_controller.advance(seconds.into(), model.followed);
         self.camera_controller.keep_fitted(model.bounds, self.last.window);
@@ -225,14 +224,13 @@ impl Interface {
         if !picture.is_positive() || !visible.is_positive() {
             return None;
         }
-        let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
         let size = glam::Vec2::new(picture.width(), picture.height());
         // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
         let beside =
             overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
         let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
-        let (low, high) =
-            (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
+        let [low, high] = [visible.min + egui::vec2(legend, 0.0), visible.max]
+            .map(|at| glam::Vec2::new(at.x - picture.left(), at.y - picture.top()) / size);
         Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 
@@ -317,7 +315,7 @@ impl Interface {
     }
 }
 
-/// Shows the contents of a panel, which gets no larger by them: it would lie over the bars.
+/// Shows the contents of a panel. They don't enlarge it, because it would cover the bars.
 fn within(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
     let room = ui.available_rect_before_wrap();
     let mut inside = ui.new_child(UiBuilder::new().max_rect(room));

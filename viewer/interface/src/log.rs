@@ -1,14 +1,14 @@
-//! The log of a fleet: events of robots, edges and the fleet manager, and alarms to acknowledge. Its
-//! size is limited.
+//! The log of a fleet: events of robots, edges and the fleet manager, and alarms to acknowledge.
+//! Its size is limited.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
-/// The most entries that are kept: some 2 MB. The oldest are forgotten.
+/// The maximum number of kept entries, about 2 MB. The oldest are dropped.
 pub const MAX_ENTRIES: usize = 10_000;
-/// The most alarms that are kept. Further ones replace those that are over, or are only entries;
-/// they are counted.
+/// The largest number of kept alarms. Further alarms replace those that are over, or become only
+/// entries and are counted.
 pub const MAX_ALARMS: usize = 1_000;
 
 /// The kind of an entry.
@@ -124,9 +124,9 @@ pub enum AlarmKey {
 pub struct Alarm {
     /// The entry that began it.
     pub entry: Entry,
-    /// Whether it goes on.
+    /// Whether the alarm still holds.
     pub is_active: bool,
-    /// Whether somebody has acknowledged it.
+    /// Whether a user has acknowledged it.
     pub is_acknowledged: bool,
 }
 
@@ -144,7 +144,7 @@ pub enum AlarmChange {
 /// The news for the log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogReport {
-    /// Whether another run has begun: what was before belongs to the old one.
+    /// Whether another run has begun. Previous entries belong to the old run.
     pub is_new_run: bool,
     /// Whether a fleet manager steers the robots, if that has changed.
     pub is_managed: Option<bool>,
@@ -171,14 +171,14 @@ pub struct FleetLog {
     losses: LogLosses,
     /// Whether a fleet manager steers the robots.
     is_managed: bool,
-    /// Whether a recording is replayed, in which nobody has to acknowledge alarms.
+    /// Whether a recording is replayed, whose alarms need no acknowledgement.
     is_replayed: bool,
     /// Counts the changes.
     revision: u64,
 }
 
 impl FleetLog {
-    /// Takes what the thread has found.
+    /// Takes the report of the thread.
     pub fn take(&mut self, report: LogReport) {
         if report.is_new_run {
             *self =
@@ -254,12 +254,12 @@ impl FleetLog {
         alarms
     }
 
-    /// The number of alarms that nobody has acknowledged.
+    /// The number of unacknowledged alarms.
     pub fn unacknowledged(&self) -> usize {
         self.alarms.values().filter(|alarm| !alarm.is_acknowledged).count()
     }
 
-    /// The entries and the alarms that are no longer there, or never were.
+    /// The numbers of dropped entries and alarms.
     pub fn losses(&self) -> LogLosses {
         self.losses
     }

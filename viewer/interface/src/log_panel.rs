@@ -91,8 +91,9 @@ impl LogPanel {
         self.filters(ui);
         self.update();
         let (entries, shown) = (self.log.entries(), &self.shown);
-        let entry = |row: usize| &entries[shown[row]];
-        if let Some(entry) = list_entries(context, ui, &mut self.list, shown.len(), &entry) {
+        let clicked =
+            list_entries(context, ui, &mut self.list, shown.len(), &|row| &entries[shown[row]]);
+        if let Some(entry) = clicked {
             jump(context, &entry);
         }
     }
@@ -101,7 +102,7 @@ impl LogPanel {
         let colours = context.colours;
         let alarms = self.log.alarms();
         let unacknowledged = self.log.unacknowledged();
-        // Nobody can do anything about the alarms of a recording.
+        // Alarms of a recording need no acknowledgement.
         let is_recording = context.model.recording().is_some();
         let (mut acknowledged, mut clicked) = (None, None);
         ui.horizontal(|ui| {
@@ -191,7 +192,7 @@ fn list_entries<'a>(
 ) -> Option<Entry> {
     let (colours, selected) = (context.colours, context.selection.robots());
     if count == 0 {
-        ui.label(style::faint(ui, "nothing happened that this shows"));
+        ui.label(style::faint(ui, "no entries to show"));
         return None;
     }
     let mut clicked = None;
@@ -212,7 +213,7 @@ fn list_entries<'a>(
     clicked
 }
 
-/// Selects what an entry is about, and flies there.
+/// Selects the subject of an entry, and flies there.
 fn jump(context: &PanelContext<'_>, entry: &Entry) {
     if let Some(robot) = entry.robot {
         context.ask(Request::Select(Some(Item::Robot(robot))));

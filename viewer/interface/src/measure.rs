@@ -10,7 +10,7 @@ use super::levels::PictureArea;
 use super::view_model::ViewModel;
 use crate::footprint::Footprint;
 
-/// One end of what is measured.
+/// One end of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// A robot, wherever it drives.
@@ -40,7 +40,7 @@ pub struct Measurement {
 }
 
 impl Measuring {
-    /// Adds an end; a third one begins anew.
+    /// Adds an end. A third end starts a new measurement.
     pub fn add(&mut self, end: End) {
         if self.0.len() >= 2 {
             self.0.clear();

@@ -10,7 +10,7 @@ use super::style;
 use super::view_model::{Action, EngineState, Item, ViewModel};
 use crate::commands::UserCommand;
 
-/// The most robots that one click gives commands to: each has an answer.
+/// The maximum number of robots that one click sends commands to. Each command has an answer.
 const MOST_ROBOTS: usize = 64;
 
 /// The menu, as far as it is open.
@@ -198,7 +198,7 @@ fn robot_entries(
     };
     let hold = match state {
         RobotState::Held => command("Resume", "End the hold", UserCommand::Resume),
-        // Whether it is held couldn't be seen, nor ended, before it is repaired.
+        // A hold of a broken robot would be invisible, and couldn't be ended before the repair.
         RobotState::Broken => Entry {
             is_possible: false,
             ..command(
@@ -243,11 +243,12 @@ fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
         [] => ("Send here".to_owned(), "Select the robot first, then right-click the node"),
         [robot] => (
             format!("Send robot {robot} here"),
-            "By the fastest way of open edges, in forward gear",
+            "Along the fastest route of open edges, in forward gear",
         ),
-        robots => {
-            (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges")
-        }
+        robots => (
+            format!("Send {} robots here", robots.len()),
+            "Each along its fastest route of open edges",
+        ),
     };
     Entry {
         name,
@@ -269,7 +270,7 @@ fn edge_entry(model: &ViewModel<'_>, index: u32) -> Entry {
         Ok(_) => ("Open edge", "Let robots drive here again", UserCommand::Open(id)),
         Err(_) => (
             "Close edge",
-            "No robot enters it, and no new route leads here; who is on it leaves it",
+            "No robot enters it, and no new route leads here; robots on it leave it",
             UserCommand::Close(id),
         ),
     };

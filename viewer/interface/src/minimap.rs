@@ -15,7 +15,7 @@ use super::levels::PictureArea;
 use super::placement::Placement;
 use super::style;
 
-/// The most edges that are drawn; of more, some are left out.
+/// The maximum number of drawn edges. Further edges are left out.
 const MAX_EDGES: usize = 3000;
 /// The longest side of the map, in points.
 const SIDE: f32 = 170.0;
@@ -38,7 +38,7 @@ pub(super) struct Minimap {
 struct Drawn {
     /// The place of the map, in points.
     place: Rect,
-    /// The lower left corner of what it shows, in metres, without the offset.
+    /// The lower left corner of the map in metres, without the offset.
     low: Vec2,
     /// Points per metre.
     scale: f32,
@@ -173,7 +173,10 @@ fn seen_ground(camera: &Camera, area: PictureArea, bounds: Bounds) -> Option<[Ve
     let far = (bounds.high - bounds.low).length() * 2.0 + camera.distance.min(1000.0);
     let corners =
         [visible.left_top(), visible.right_top(), visible.right_bottom(), visible.left_bottom()];
-    let ground = |at: Pos2| {
+    if !size.is_finite() {
+        return None;
+    }
+    Some(corners.map(|at| {
         let pixel = Vec2::new(at.x - picture.left(), at.y - picture.top());
         let seen = camera
             .unproject(pixel, size)
@@ -181,8 +184,7 @@ fn seen_ground(camera: &Camera, area: PictureArea, bounds: Bounds) -> Option<[Ve
         seen.unwrap_or_else(|| {
             camera.eye().truncate() + camera.ray(pixel, size).truncate().normalize_or_zero() * far
         })
-    };
-    size.is_finite().then(|| corners.map(ground))
+    }))
 }
 
 #[cfg(test)]

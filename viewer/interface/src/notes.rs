@@ -5,13 +5,13 @@ use egui::{Key, RichText, TextEdit, Ui};
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
 use super::context::PanelContext;
-use super::timeline_paint::colour_of;
+use super::timeline::colour_of;
 use super::transport::clock_text;
 use super::view_model::Action;
 
-/// The most bytes of a note.
+/// The maximum number of bytes of a note.
 const LONGEST: usize = 200;
-/// The most notes of a live run.
+/// The maximum number of notes of a live run.
 const MOST: usize = 1000;
 
 /// Notes of a live run, and one that is being written.
@@ -65,7 +65,7 @@ impl Notes {
     /// Opens the field for a note at the shown time. Returns whether that is one of a live run.
     pub fn begin(&mut self, context: &PanelContext<'_>) -> bool {
         let Some(time) = context.model.timeline.and_then(|timeline| timeline.now) else {
-            context.notify("nothing is shown that a note could be about");
+            context.notify("a note needs the time of a frame, and none is shown");
             return false;
         };
         self.draft = Some(Draft { time, text: String::new(), had_focus: false });

@@ -85,8 +85,8 @@ impl OpenOrders {
         }
     }
 
-    /// Returns what is known of a robot's order; `None` if it has none, or the log has not named it
-    /// since it was read.
+    /// Returns the known facts of a robot's order; `None` if it has none, or the log hasn't named
+    /// it since reading began.
     pub fn of_robot(&self, robot: u32) -> Option<RobotOrder> {
         let number = *self.by_robot.get(&robot)?;
         let order = self.orders.get(&number)?;

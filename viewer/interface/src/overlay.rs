@@ -21,12 +21,12 @@ use super::transport::clock_text;
 use super::view_cube;
 use super::view_model::{EngineState, ViewModel};
 
-/// The name of the legend among what is placed over a picture.
+/// The name of the legend among the elements over a picture.
 pub const LEGEND: &str = "legend";
 /// The width that a legend takes, in points, with its margins.
 const LEGEND_ROOM: f32 = 210.0;
-/// The least width of what is free of a picture with a legend, which would cover its middle, in
-/// points.
+/// The least free width of a picture with a legend in points. In a narrower picture, the legend
+/// would cover the middle.
 const LEAST_WITH_LEGEND: f32 = 240.0;
 /// The greatest width of a legend's contents, in points.
 const LEGEND_TEXT: f32 = 168.0;
@@ -80,8 +80,8 @@ impl Messages {
 }
 
 impl Interface {
-    /// Shows what floats over the picture, the most important first: where there is no room, the
-    /// last ones are left out.
+    /// Shows the elements over the picture, the most important first. If there is no room for all,
+    /// the last ones are left out.
     pub(super) fn overlay(
         &mut self,
         context: &PanelContext<'_>,
@@ -229,8 +229,8 @@ fn lines(
     });
 }
 
-/// Greys the picture of a fleet that has ended, of which no panel covers `visible`, and says
-/// so.
+/// Greys the picture of a fleet that has ended, and shows a message. No panel covers the part
+/// `visible`.
 fn veil(context: &PanelContext<'_>, ctx: &egui::Context, visible: Rect, placement: &mut Placement) {
     let (model, theme, colours) = (context.model, context.theme, context.colours);
     let painter = ctx.layer_painter(LayerId::background());
@@ -243,7 +243,7 @@ fn veil(context: &PanelContext<'_>, ctx: &egui::Context, visible: Rect, placemen
         if model.recording().is_some() { "The replay has ended" } else { "The engine has ended" };
     let last = model.frame.map_or("nothing".to_owned(), |frame| {
         let time = clock_text(frame.sim_time().as_secs_f64());
-        format!("this is its last picture, of {time}")
+        format!("this is its last picture, at {time}")
     });
     let text = format!("{last}; a new one is shown as soon as it runs");
     float(ctx, placement, theme, "ended", Align2::CENTER_TOP, |ui| {
@@ -274,9 +274,9 @@ fn waiting(context: &PanelContext<'_>, ctx: &egui::Context, placement: &mut Plac
     });
 }
 
-/// Shows an element in a corner, at an edge or in the centre of the picture, or beside what is
-/// there already. Returns whether there is room for it. `show` is called twice: what it shows is
-/// measured, and then placed.
+/// Shows an element in a corner, at an edge or in the centre of the picture, or beside other
+/// elements. Returns whether there is room for it. `show` is called twice: first to measure the
+/// element, and then to place it.
 pub(super) fn float(
     ctx: &egui::Context,
     placement: &mut Placement,
@@ -296,7 +296,7 @@ pub(super) fn float(
     let area =
         Area::new(Id::unique(name)).order(Order::Background).interactable(false).fade_in(false);
     area.fixed_pos(place.min).show(ctx, |ui| {
-        // An area is as wide as what it showed the last time, and would break longer lines.
+        // An area keeps its last width, and would break longer lines.
         let within = UiBuilder::new()
             .max_rect(Rect::from_min_size(ui.min_rect().min, place.size() + vec2(1.0, 1.0)));
         ui.scope_builder(within, |ui| frame.show(ui, show));

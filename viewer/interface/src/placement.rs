@@ -47,13 +47,15 @@ impl Placement {
     /// Like [`Self::take`], with the place where the element would be alone.
     pub fn take_near(&mut self, name: &'static str, wanted: Rect) -> Option<Rect> {
         let size = wanted.size();
-        let taken = || self.taken.iter().map(|(_, taken)| *taken);
-        let beside = taken().flat_map(|taken| [taken.left() - GAP - size.x, taken.right() + GAP]);
-        let lefts: Vec<f32> = beside.chain([wanted.left()]).collect();
-        let above = taken().flat_map(|taken| [taken.top() - GAP - size.y, taken.bottom() + GAP]);
-        let tops = above.chain([wanted.top()]);
-        let places = tops.flat_map(|top| {
-            lefts.iter().map(move |left| Rect::from_min_size(pos2(*left, top), size))
+        let (mut lefts, mut tops) = (Vec::new(), Vec::new());
+        for (_, taken) in &self.taken {
+            lefts.extend([taken.left() - GAP - size.x, taken.right() + GAP]);
+            tops.extend([taken.top() - GAP - size.y, taken.bottom() + GAP]);
+        }
+        lefts.push(wanted.left());
+        tops.push(wanted.top());
+        let places = tops.iter().flat_map(|top| {
+            lefts.iter().map(move |left| Rect::from_min_size(pos2(*left, *top), size))
         });
         let free = places.filter(|place| self.is_free(*place));
         let distances = free.map(|place| ((place.min - wanted.min).length_sq(), place));
@@ -77,9 +79,8 @@ impl Placement {
     }
 
     fn is_free(&self, place: Rect) -> bool {
-        let is_beside = |taken: &Rect| !taken.expand(GAP - ROUNDING).intersects(place);
         self.room.expand(ROUNDING).contains_rect(place)
-            && self.taken.iter().all(|(_, taken)| is_beside(taken))
+            && !self.taken.iter().any(|(_, taken)| taken.expand(GAP - ROUNDING).intersects(place))
     }
 }
 

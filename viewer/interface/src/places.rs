@@ -12,8 +12,8 @@ use super::view_model::{Item, ViewModel};
 use crate::jams::Presence;
 use crate::text::thousands;
 
-/// The robots at a place, in the shown frame. A thread watches places in the newest frame; of a
-/// frame of the past, the robots are counted here, once.
+/// The robots at a place, in the shown frame. A thread watches places in the newest frame. The
+/// robots in a frame of the past are counted here, once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PresenceCounter {
     counted: Option<(Counted, Presence)>,
@@ -75,7 +75,7 @@ pub(super) fn list_robots(
     };
     heading(ui, &format!("{title}: {}", thousands(present.robots.into())));
     let mut clicked = None;
-    // The shown frame is newer than the one that was looked at, and may have fewer robots.
+    // The shown frame is newer than the watched one, and may have fewer robots.
     for id in present.listed.iter().filter(|id| (**id as usize) < frame.len()) {
         ui.horizontal(|ui| {
             clicked = ui.link(format!("robot {id}")).clicked().then_some(*id).or(clicked);

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 use glam::Vec2;
+use regatta_base::round;
 use regatta_scene::camera::Camera;
 use regatta_scene::palette::Theme;
 
@@ -22,15 +23,8 @@ const NORTH: f32 = 76.0;
 
 /// Returns the largest of 1, 2 and 5 times a power of ten that is not above `limit`.
 pub fn round_step(limit: f32) -> f32 {
-    let unit = 10_f32.powf(limit.max(1e-6).log10().floor());
-    let factor = limit / unit;
-    unit * if factor >= 5.0 {
-        5.0
-    } else if factor >= 2.0 {
-        2.0
-    } else {
-        1.0
-    }
+    // A limit that is a round number, but for its precision, is its own step.
+    round::down(limit.max(1e-6) * (1.0 + f32::EPSILON)) as f32
 }
 
 /// Formats metres without digits that they don't need.
@@ -51,8 +45,8 @@ pub struct PlanScale {
 }
 
 impl PlanScale {
-    /// Takes the places of both in a picture, of which `clip` is in sight. A small one has none to
-    /// spare.
+    /// Takes the places of both in a picture, whose part `clip` is visible. A small picture has no
+    /// room for them.
     pub fn place(placement: &mut Placement, picture: Rect, clip: Rect, camera: &Camera) -> Self {
         if clip.width() < WITH_SCALE.x || clip.height() < WITH_SCALE.y {
             return Self { bar: None, north: None };
@@ -72,7 +66,7 @@ impl PlanScale {
         Self { bar, north: placement.take_near("north", north) }
     }
 
-    /// Draws both, and coordinates along the sides, which don't lie under what is placed.
+    /// Draws both, and coordinates along the sides, except under other elements.
     pub fn draw(
         self,
         context: &Context,
@@ -106,9 +100,9 @@ fn coordinates(
         return;
     }
     let size = Vec2::new(picture.width(), picture.height());
-    let ground =
-        |at: Pos2| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size);
-    let (Some(low), Some(high)) = (ground(clip.left_bottom()), ground(clip.right_top())) else {
+    let [Some(low), Some(high)] = [clip.left_bottom(), clip.right_top()]
+        .map(|at| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size))
+    else {
         return;
     };
     let per_point = camera.metres_per_pixel(picture.height());
@@ -117,9 +111,8 @@ fn coordinates(
         |x: f32, y: f32| camera.project(glam::Vec3::new(x, y, 0.0), size).unwrap_or_default();
     let tick =
         |from: Pos2, to: Pos2| painter.line_segment([from, to], Stroke::new(1.0, colours.faint));
-    let font = || FontId::monospace(10.0);
     let write = |at: Pos2, align: Align2, text: String| {
-        let text = painter.layout_no_wrap(text, font(), colours.text);
+        let text = painter.layout_no_wrap(text, FontId::monospace(10.0), colours.text);
         let rect = align.anchor_size(at, text.size());
         if !placement.is_clear(rect) {
             return;

@@ -1,12 +1,12 @@
 //! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all
-//! of them; a click goes there, in a recording and in what is kept of a live run.
+//! of them. A click goes to that time, in a recording or in the kept part of a live run.
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, Label, Ui, pos2};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
-use regatta_scene::palette::{Colouring, Scale};
+use regatta_plugin::history::FleetSample as Sample;
+use regatta_scene::palette::{Colouring, STATES, Scale};
 
 use super::context::{PanelContext, Request};
 use super::plan::round_step;
@@ -20,18 +20,6 @@ const TIME_POINTS: f32 = 85.0;
 const STEPS: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
     14_400.0, 21_600.0, 43_200.0, 86_400.0,
-];
-
-/// The states that are counted, in the order of their values.
-const STATES: [RobotState; FLEET_STATES] = [
-    RobotState::Idle,
-    RobotState::Driving,
-    RobotState::Waiting,
-    RobotState::Held,
-    RobotState::Faulted,
-    RobotState::Turning,
-    RobotState::Stalled,
-    RobotState::Broken,
 ];
 
 /// A plot: its title, and its lines with their names and colours.
@@ -58,7 +46,7 @@ impl PlotsPanel {
         let ends = [samples[0].secs, samples[samples.len() - 1].secs];
         let figures = figures(context, samples);
         let hovered = self.hovered_secs;
-        // Of a recording, and of the past of a live run, more is known than what was shown.
+        // The history of a recording, and of the past of a live run, is longer than the shown part.
         let is_within = context.model.recording().is_some() || context.model.is_past();
         let shown = context.model.clock_secs().filter(|_| is_within);
         let (mut now_hovered, mut clicked) = (None, None);

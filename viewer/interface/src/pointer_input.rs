@@ -59,11 +59,11 @@ impl PointerInput {
         let response = ui.interact(whole, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = area.size();
         self.drag(ui, &response, area, camera);
-        let is_in = |at: Option<Pos2>| at.filter(|at| visible.contains(*at));
-        if response.contains_pointer() && is_in(response.hover_pos()).is_some() {
+        let hovered = response.hover_pos().filter(|at| visible.contains(*at));
+        if response.contains_pointer() && hovered.is_some() {
             wheel(ui, picture, size, camera);
         }
-        if let Some(at) = is_in(response.interact_pointer_pos()) {
+        if let Some(at) = response.interact_pointer_pos().filter(|at| visible.contains(*at)) {
             let (window, at) = (glam(at.to_vec2()), glam(at - picture.min));
             if response.double_clicked() && !is_measuring {
                 if let Some(place) = camera.camera().unproject(at, size) {
@@ -74,14 +74,14 @@ impl PointerInput {
             } else if response.clicked() && is_measuring {
                 actions.push(Action::Measure { at });
             } else if response.clicked() {
-                // The selection's panel must not move what the next click is aimed at.
+                // The selection's panel must not move the target of the next click.
                 camera.stay();
                 let extend = ui.input(|input| input.modifiers.command);
                 actions.push(Action::Pick { at, extend });
             }
         }
         held_keys(ui, size, camera);
-        is_in(response.hover_pos()).filter(|_| self.drag.is_none())
+        hovered.filter(|_| self.drag.is_none())
     }
 
     /// Handles the pointer event by event: where a picture takes long, a whole drag may happen
@@ -93,11 +93,11 @@ impl PointerInput {
         area: PictureArea,
         camera: &mut CameraController,
     ) {
-        let events = ui.input(|input| {
-            let is_pointer = |event: &&Event| {
+        let events: Vec<_> = ui.input(|input| {
+            let pointer = input.events.iter().filter(|event| {
                 matches!(event, Event::PointerButton { .. } | Event::PointerMoved(_))
-            };
-            input.events.iter().filter(is_pointer).cloned().collect::<Vec<_>>()
+            });
+            pointer.cloned().collect()
         });
         for event in events {
             match event {

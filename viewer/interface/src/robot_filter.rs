@@ -1,6 +1,6 @@
 //! The filter of robots: by state, type, order and zone. Robots that don't match are dimmed in the
-//! picture, and those of other levels than the filter's are hidden. Another thread than the one that
-//! draws computes the matches.
+//! picture, and those of other levels than the filter's are hidden. A thread other than the drawing
+//! one computes the matches.
 
 use std::sync::Arc;
 
@@ -132,10 +132,6 @@ impl Filter {
         let on_level: Option<Vec<bool>> = self.level.as_ref().map(|level| {
             world.edges().iter().map(|edge| world.text(edge.level) == level).collect()
         });
-        // A robot on no edge is in no zone and on no level: no edge has its number.
-        let holds = |edges: &Option<Vec<bool>>, edge: u32| {
-            edges.as_ref().is_none_or(|edges| edges.get(edge as usize).is_some_and(|holds| *holds))
-        };
         let type_of =
             |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
         let (mut matching, mut of_level) = (RobotSet::new(frame.len()), RobotSet::new(frame.len()));
@@ -147,9 +143,9 @@ impl Filter {
             }
             let matches = self.state.is_none_or(|wanted| wanted == state)
                 && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
-                && holds(&in_zone, edge)
+                && has_edge(in_zone.as_deref(), edge)
                 && self.order.holds(row as u32, orders);
-            let is_on_level = holds(&on_level, edge);
+            let is_on_level = has_edge(on_level.as_deref(), edge);
             if matches {
                 matching.insert(row as u32);
             }
@@ -166,6 +162,12 @@ impl Filter {
             counts,
         }
     }
+}
+
+/// Whether an edge is in a set of edges. Without a set, all edges are. The number of a robot
+/// without an edge is in no set.
+fn has_edge(edges: Option<&[bool]>, edge: u32) -> bool {
+    edges.is_none_or(|edges| edges.get(edge as usize) == Some(&true))
 }
 
 impl OrderFilter {

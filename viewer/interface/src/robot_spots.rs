@@ -16,7 +16,7 @@ use regatta_scene::palette::Theme;
 use super::labels::reach;
 use super::style;
 
-/// The most robots that are found.
+/// The maximum number of robots that are found.
 const MAX_SPOTS: usize = 1024;
 /// The height at which ids are drawn over robots, in metres.
 const ID_HEIGHT: f32 = 0.4;
@@ -54,28 +54,33 @@ pub fn find(
     let radius = radius(world);
     let Some(near) = near_bounds(camera, size, radius) else { return Vec::new() };
     let (low, high) = (near.low - offset, near.high - offset);
-    let is_near = |x: f32, y: f32| x >= low.x && x <= high.x && y >= low.y && y <= high.y;
-    let rows = frame.x().iter().zip(frame.y()).enumerate();
-    let is_on = |level: &str, edge: u32| {
-        world.edges().get(edge as usize).is_some_and(|edge| world.text(edge.level) == level)
-    };
-    let is_shown = |row: usize| level.is_none_or(|level| is_on(level, frame.edge()[row]));
-    let rows = rows
-        .filter(|(row, (x, y))| is_near(**x, **y) && frame.state_of(*row) != RobotState::Absent);
-    let rows = rows.filter(|(row, _)| is_shown(*row));
-    let spots = rows.filter_map(|(row, (x, y))| {
-        let place = (Vec2::new(*x, *y) + offset).extend(ID_HEIGHT);
-        let at = camera
-            .project(place, size)
-            .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
+    let mut spots = Vec::new();
+    for (row, (&x, &y)) in frame.x().iter().zip(frame.y()).enumerate() {
+        let is_near = x >= low.x && x <= high.x && y >= low.y && y <= high.y;
+        if !is_near
+            || frame.state_of(row) == RobotState::Absent
+            || level.is_some_and(|level| !is_on(level, frame.edge()[row], world))
+        {
+            continue;
+        }
+        let place = (Vec2::new(x, y) + offset).extend(ID_HEIGHT);
+        let Some(at) = camera.project(place, size) else { continue };
+        if !(at.cmpge(Vec2::ZERO).all() && at.cmple(size).all()) {
+            continue;
+        }
         let depth = (place - camera.eye()).dot(camera.forward());
-        Some(Spot {
-            id: row as u32,
-            at,
-            radius: radius * camera.pixels_per_radian(size.y) / depth.max(0.1),
-        })
-    });
-    spots.take(MAX_SPOTS).collect()
+        let radius = radius * camera.pixels_per_radian(size.y) / depth.max(0.1);
+        spots.push(Spot { id: row as u32, at, radius });
+        if spots.len() == MAX_SPOTS {
+            break;
+        }
+    }
+    spots
+}
+
+/// Whether an edge is on a level.
+fn is_on(level: &str, edge: u32, world: &World<'_>) -> bool {
+    world.edges().get(edge as usize).is_some_and(|edge| world.text(edge.level) == level)
 }
 
 /// Returns a rectangle of the ground that has all robots whose ids could be read; `None` if the
@@ -105,11 +110,6 @@ pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &
         let at = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
         let place =
             Align2::CENTER_CENTER.anchor_size(at, text.size()).expand2(egui::vec2(4.0, 1.0));
-        let cells = |rect: Rect| {
-            let (low, high) = ((rect.min / 12.0).floor(), (rect.max / 12.0).floor());
-            let columns = low.x as i32..=high.x as i32;
-            columns.flat_map(move |x| (low.y as i32..=high.y as i32).map(move |y| (x, y)))
-        };
         if cells(place).any(|cell| taken.contains(&cell)) {
             continue;
         }
@@ -117,6 +117,13 @@ pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &
         painter.rect_filled(place, 6.0, colours.text);
         painter.galley(place.min + egui::vec2(4.0, 1.0), text, colours.panel);
     }
+}
+
+/// Returns the cells of a grid that a rectangle covers.
+fn cells(rect: Rect) -> impl Iterator<Item = (i32, i32)> {
+    let (low, high) = ((rect.min / 12.0).floor(), (rect.max / 12.0).floor());
+    let columns = low.x as i32..=high.x as i32;
+    columns.flat_map(move |x| (low.y as i32..=high.y as i32).map(move |y| (x, y)))
 }
 
 #[cfg(test)]

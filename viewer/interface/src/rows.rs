@@ -1,5 +1,5 @@
-//! The rows of the fleet list: filtered and sorted robots. They are computed on another thread than
-//! the one that draws.
+//! The rows of the fleet list: filtered and sorted robots. They are computed on a thread other than
+//! the drawing one.
 
 use regatta_plugin::frame::{Columns, RobotState};
 

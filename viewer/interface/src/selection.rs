@@ -66,7 +66,7 @@ impl SelectionPanel {
         robot_buttons(context, ui, id);
         menu::command_buttons(context, ui, Item::Robot(id));
         if context.model.is_past() {
-            ui.label(style::faint(ui, "Of the past, only poses and states are kept."));
+            ui.label(style::faint(ui, "Only poses and states are kept of the past."));
         } else {
             work::show(context, ui);
         }
@@ -300,7 +300,7 @@ fn robot_collisions(context: &PanelContext<'_>, ui: &mut Ui, id: u32) {
     }
 }
 
-/// Shows the name, the level and the zone of a node or an edge, as far as it has them.
+/// Shows the name, the level and the zone of a node or an edge, if it has them.
 fn texts(context: &PanelContext<'_>, ui: &mut Ui, offsets: [u32; 3]) {
     for (name, offset) in ["name", "level", "zone"].into_iter().zip(offsets) {
         let text = context.model.world.text(offset);

@@ -1,5 +1,6 @@
 //! The user's choices, stored in a small file from one start to the next.
 
+use glam::Vec2;
 use regatta_scene::camera::Bounds;
 use regatta_scene::heat::Heat;
 use regatta_scene::palette::{Colouring, Theme};
@@ -39,17 +40,17 @@ pub struct Settings {
     /// The figure and the window of the heat map.
     pub heat_of: Heat,
     /// Metres added to all positions, east and north.
-    pub offset: [f32; 2],
+    pub offset: Vec2,
     /// Width and height of the floor in metres; `None` for a floor up to the horizon.
-    pub floor: Option<[f32; 2]>,
+    pub floor: Option<Vec2>,
     /// The number of points of the trail behind each robot.
     pub trails: u32,
     /// Whether only selected robots have trails.
     pub trails_of_selected: bool,
     /// The path of an image or a ROS map for the floor; empty for none.
     pub floor_image: String,
-    /// The placement of an image on the floor; `None` stretches an image over the floor, and places
-    /// a map as its file says.
+    /// The placement of an image on the floor. `None` stretches an image over the floor, and places
+    /// a map at the origin in its file.
     pub floor_at: Option<FloorPlacement>,
     /// The mesh of the robots; `None` for the built-in one.
     pub mesh: Option<RobotMesh>,
@@ -64,7 +65,7 @@ pub struct Settings {
     /// The scale of the interface, 1 for the default of the screen.
     pub scale: f32,
     /// Width and height of the window, in points.
-    pub window: [f32; 2],
+    pub window: Vec2,
     /// The addresses for UDP.
     pub udp: UdpSettings,
 }
@@ -203,7 +204,7 @@ impl Default for Settings {
             density: true,
             heat: false,
             heat_of: Heat::default(),
-            offset: [0.0; 2],
+            offset: Vec2::ZERO,
             floor: None,
             trails: 0,
             trails_of_selected: false,
@@ -215,7 +216,7 @@ impl Default for Settings {
             left: None,
             right: None,
             scale: 1.0,
-            window: [1280.0, 720.0],
+            window: Vec2::new(1280.0, 720.0),
             udp: UdpSettings::default(),
         }
     }
@@ -239,10 +240,8 @@ impl Settings {
             at.yaw_degrees = within(at.yaw_degrees, -360.0, 360.0, 0.0);
         }
         self.scale = within(self.scale, 0.5, 3.0, default.scale);
-        self.window = [
-            within(self.window[0], 320.0, 16e3, default.window[0]),
-            within(self.window[1], 240.0, 16e3, default.window[1]),
-        ];
+        self.window.x = within(self.window.x, 320.0, 16e3, default.window.x);
+        self.window.y = within(self.window.y, 240.0, 16e3, default.window.y);
         self.trails = self.trails.min(4096);
         if let Some(mesh) = &mut self.mesh {
             (mesh.scale, mesh.z) =
@@ -274,7 +273,7 @@ impl Settings {
     pub fn apply(&self, scene: &mut Scene) {
         scene.theme = self.theme();
         scene.colouring = self.colouring();
-        scene.offset = self.offset.into();
+        scene.offset = self.offset;
         scene.floor.bounds = self.floor.map(Bounds::of_size);
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) =
@@ -294,38 +293,17 @@ impl Settings {
     /// command line are not stored.
     #[must_use]
     pub fn to_store(&self, initial: &Self, stored: &Self) -> Self {
-        fn restore<T: PartialEq + Clone>(value: &mut T, initial: &T, stored: &T) {
-            if value == initial {
-                value.clone_from(stored);
-            }
-        }
         let mut result = self.clone();
-        restore(&mut result.light, &initial.light, &stored.light);
-        restore(&mut result.colour, &initial.colour, &stored.colour);
-        restore(&mut result.grid, &initial.grid, &stored.grid);
-        restore(&mut result.shadows, &initial.shadows, &stored.shadows);
-        restore(&mut result.edges, &initial.edges, &stored.edges);
-        restore(&mut result.nodes, &initial.nodes, &stored.nodes);
-        restore(&mut result.ids, &initial.ids, &stored.ids);
-        restore(&mut result.robot_ids, &initial.robot_ids, &stored.robot_ids);
-        restore(&mut result.plans, &initial.plans, &stored.plans);
-        restore(&mut result.waits, &initial.waits, &stored.waits);
-        restore(&mut result.density, &initial.density, &stored.density);
-        restore(&mut result.heat, &initial.heat, &stored.heat);
-        restore(&mut result.heat_of, &initial.heat_of, &stored.heat_of);
-        restore(&mut result.offset, &initial.offset, &stored.offset);
-        restore(&mut result.floor, &initial.floor, &stored.floor);
-        restore(&mut result.trails, &initial.trails, &stored.trails);
-        restore(
-            &mut result.trails_of_selected,
-            &initial.trails_of_selected,
-            &stored.trails_of_selected,
-        );
-        restore(&mut result.floor_image, &initial.floor_image, &stored.floor_image);
-        restore(&mut result.floor_at, &initial.floor_at, &stored.floor_at);
-        restore(&mut result.mesh, &initial.mesh, &stored.mesh);
-        restore(&mut result.lamps, &initial.lamps, &stored.lamps);
-        restore(&mut result.window, &initial.window, &stored.window);
+        macro_rules! restore {
+            ($($field:ident)+) => {$(
+                if result.$field == initial.$field {
+                    result.$field.clone_from(&stored.$field);
+                }
+            )+};
+        }
+        restore!(light colour grid shadows edges nodes ids robot_ids plans waits density heat);
+        restore!(heat_of offset floor trails trails_of_selected floor_image floor_at);
+        restore!(mesh lamps window);
         result
     }
 }

@@ -53,7 +53,7 @@ pub struct Interface {
     /// The robots that are not dimmed, and the level.
     pub(super) filter: Filter,
     pub(super) levels: Levels,
-    /// The ends of what is measured; `None` while nothing is.
+    /// The ends of the measurement; `None` without one.
     pub(super) measuring: Option<Measuring>,
     pub(super) fleet: FleetPanel,
     pub(super) collisions: CollisionsPanel,
@@ -194,7 +194,7 @@ impl Interface {
         self.log.add_refusal(command, text, time_nanos);
     }
 
-    /// Adds an end to what is measured.
+    /// Adds an end to the measurement.
     pub fn measure_to(&mut self, end: End) {
         self.measuring.get_or_insert_default().add(end);
     }
@@ -236,7 +236,7 @@ impl Interface {
             model,
             theme,
             colours: style::colours(theme),
-            offset: self.settings.offset.into(),
+            offset: self.settings.offset,
             selection: self.selection.clone(),
             filter: self.filter.clone(),
             camera: self.camera_controller.camera(),
@@ -285,7 +285,7 @@ impl Interface {
     }
 
     fn place_of_selected(&self, model: &ViewModel<'_>) -> Option<Vec2> {
-        let (offset, world) = (Vec2::from(self.settings.offset), &model.world);
+        let (offset, world) = (self.settings.offset, &model.world);
         match self.selection.item? {
             Item::Robot(id) => Some(model.pose(id, offset)?.place),
             Item::Node(index) => {

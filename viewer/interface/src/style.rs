@@ -209,7 +209,7 @@ pub fn choice(ui: &mut Ui, name: &str, choice: ComboBox, contents: impl FnOnce(&
     shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, name));
 }
 
-/// Shows a coloured dot and a text, which is cut if there is no room for it.
+/// Shows a coloured dot and a text, which is truncated if there is no room for it.
 pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) -> egui::Response {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 6.0;

@@ -3,7 +3,7 @@
 use egui::{Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 use regatta_scene::Layers;
 use regatta_scene::palette::{CLOSED, Theme};
-use regatta_scene::plans::PlanFacts;
+use regatta_scene::plans::{PlanFacts, Waiting};
 
 use super::heat::HeatLegend;
 use super::ramp;
@@ -13,7 +13,7 @@ use crate::text::{thousands, with_plural};
 /// The width and the height of a symbol, in points.
 const SIZE: egui::Vec2 = vec2(26.0, 12.0);
 
-/// The layers of plans that are shown, and what is known of them.
+/// The shown layers of plans, and their known facts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Symbols {
     /// Routes and goals of all robots.
@@ -56,9 +56,9 @@ impl Symbols {
             list.push((Symbol::Pin, "goal".to_owned()));
         }
         if self.waits {
-            let [waiting, in_rings] =
-                self.facts.waiting.unwrap_or_default().map(|count| thousands(count.into()));
-            list.push((Symbol::Arrow, format!("waits for ({waiting})")));
+            let Waiting { robots, in_rings } = self.facts.waiting.unwrap_or_default();
+            let (robots, in_rings) = (thousands(robots.into()), thousands(in_rings.into()));
+            list.push((Symbol::Arrow, format!("waits for ({robots})")));
             list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings})")));
         }
         match self.closed {

@@ -25,7 +25,7 @@ const MAX_COUNT: usize = 99;
 pub(super) struct TopBar<'a> {
     /// The open panels, and the theme.
     pub settings: &'a Settings,
-    /// The number of alarms that nobody has acknowledged.
+    /// The number of unacknowledged alarms.
     pub alarms: usize,
     /// Whether something is measured.
     pub is_measuring: bool,

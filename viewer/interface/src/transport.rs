@@ -91,7 +91,7 @@ impl TransportBar {
                 ui.label(style::faint(ui, "speed"));
             }
             ui.add_enabled_ui(is_connected, |ui| self.speed_slider(context, ui));
-            // The robots of a recording are what they were.
+            // The number of robots of a recording can't be changed.
             if context.model.recording().is_none() {
                 if room >= NAMED {
                     ui.separator();
@@ -119,18 +119,12 @@ impl TransportBar {
             (SPEEDS.0.log10()..=UNLIMITED, |position, _: RangeInclusive<usize>| {
                 speed_text(speed_at(position as f32))
             });
-        let parse = |text: &str| {
-            text.trim()
-                .trim_end_matches('×')
-                .parse()
-                .ok()
-                .map(|speed: f32| f64::from(position_of(speed)))
-        };
         let response = if has_rail(ui) {
-            ui.add(Slider::new(&mut position, range).custom_formatter(format).custom_parser(parse))
+            let slider = Slider::new(&mut position, range);
+            ui.add(slider.custom_formatter(format).custom_parser(parse_speed))
         } else {
             let number = DragValue::new(&mut position).range(range).speed(0.01);
-            ui.add(number.custom_formatter(format).custom_parser(parse))
+            ui.add(number.custom_formatter(format).custom_parser(parse_speed))
         };
         let response =
             response.on_hover_text("Requested speed: simulated seconds per second ([ and ])");
@@ -144,7 +138,7 @@ impl TransportBar {
     }
 
     fn robots_slider(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
-        // Of an engine that has ended, the last frame tells.
+        // If the engine has ended, the last frame gives the number.
         let in_frame = context.model.frame.map_or(0, |frame| frame.len() as u32);
         let reported = context.model.status.map_or(in_frame, |status| status.robots);
         let mut count = self.robots.unwrap_or(reported);
@@ -237,6 +231,12 @@ pub(super) fn multiply_robots(context: &PanelContext<'_>, factor: f32) {
 /// Whether there is room for the rails of sliders.
 fn has_rail(ui: &Ui) -> bool {
     ui.spacing().slider_width >= SHORTEST_RAIL
+}
+
+/// Parses a speed such as `2×`. Returns its position.
+fn parse_speed(text: &str) -> Option<f64> {
+    let speed = text.trim().trim_end_matches('×').parse().ok()?;
+    Some(position_of(speed).into())
 }
 
 fn position_of(speed: f32) -> f32 {

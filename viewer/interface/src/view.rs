@@ -6,7 +6,7 @@ use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 use glam::Vec3;
 use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_scene::palette::Colouring;
-use regatta_scene::plans::{Coverage, PlanFacts};
+use regatta_scene::plans::{Coverage, PlanFacts, Waiting};
 use regatta_scene::{Light, MAX_LIGHTS};
 
 use super::cameras::{self, Bookmark};
@@ -74,11 +74,11 @@ impl ViewPanel {
         ui.checkbox(&mut is_limited, "limited size around the origin");
         if is_limited != settings.floor.is_some() {
             let size = context.model.bounds.high - context.model.bounds.low;
-            settings.floor = is_limited.then(|| (size.ceil() + 10.0).to_array());
+            settings.floor = is_limited.then_some(size.ceil() + 10.0);
         }
         if let Some(size) = &mut settings.floor {
             ui.horizontal(|ui| {
-                for (metres, name) in size.iter_mut().zip(["width ", "depth "]) {
+                for (metres, name) in [(&mut size.x, "width "), (&mut size.y, "depth ")] {
                     ui.add(
                         DragValue::new(metres)
                             .range(1.0..=1e6)
@@ -97,7 +97,8 @@ impl ViewPanel {
         lamps(ui, &mut settings.lamps, context.model);
         heading(ui, "offset of all positions");
         ui.horizontal(|ui| {
-            for (metres, name) in settings.offset.iter_mut().zip(["x ", "y "]) {
+            let offset = &mut settings.offset;
+            for (metres, name) in [(&mut offset.x, "x "), (&mut offset.y, "y ")] {
                 ui.add(
                     DragValue::new(metres).range(-1e6..=1e6).speed(0.1).prefix(name).suffix(" m"),
                 );
@@ -176,7 +177,7 @@ impl ViewPanel {
     }
 }
 
-/// Shows the switches of what a fleet manager plans, each with what is known of it.
+/// Shows the switches of a fleet manager's plans, each with its known facts.
 fn plan_layers(context: &PanelContext<'_>, settings: &mut Settings, ui: &mut Ui) {
     let plans = &context.model.plans;
     let robots = if context.filter.has_conditions() { "matching" } else { "all" };
@@ -237,7 +238,7 @@ fn robot_noun(plans: &PlanFacts) -> &'static str {
 /// Returns the number of robots that wait, as a text.
 fn waits_text(plans: &PlanFacts) -> String {
     match plans.waiting {
-        Some([waiting, in_rings]) => {
+        Some(Waiting { robots: waiting, in_rings }) => {
             let verb = if waiting == 1 { "waits" } else { "wait" };
             let in_rings =
                 if in_rings == 0 { "none".to_owned() } else { thousands(in_rings.into()) };
@@ -246,7 +247,7 @@ fn waits_text(plans: &PlanFacts) -> String {
                 with_plural(waiting.into(), robot_noun(plans))
             )
         }
-        None => "no fleet manager says who waits".to_owned(),
+        None => "no fleet manager publishes who waits".to_owned(),
     }
 }
 

@@ -13,9 +13,9 @@ use regatta_scene::plans::PlanFacts;
 use regatta_scene::route::Remaining;
 
 use super::labels::Labels;
+use super::performance::Timing;
 use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
-use super::timing::Timing;
 use crate::commands::UserCommand;
 use crate::jams::JamFacts;
 use crate::orders::RobotOrder;
@@ -110,7 +110,7 @@ pub struct ViewModel<'a> {
     pub trail_points: u32,
     /// The UDP programs that are running.
     pub udp: RunningUdp,
-    /// The recording that is replayed, or what is kept of a live run.
+    /// The recording that is replayed, or the kept part of a live run.
     pub timeline: Option<Timeline<'a>>,
 }
 
@@ -133,7 +133,7 @@ pub struct Timeline<'a> {
     pub left_out: u64,
     /// The marks, sorted by time.
     pub marks: &'a [RecordingMark],
-    /// If this is a run that goes on: what is kept of it.
+    /// The kept part of a live run.
     pub live: Option<Live>,
 }
 
@@ -181,7 +181,7 @@ pub enum Action {
         /// Its text.
         text: String,
     },
-    /// Take the robot or the place at a point of the picture as an end of what is measured.
+    /// Take the robot or the place at a point of the picture as an end of the measurement.
     Measure {
         /// Points from the top left corner of the picture.
         at: Vec2,
@@ -242,8 +242,8 @@ impl ViewModel<'_> {
         self.timeline.filter(|timeline| timeline.live.is_none())
     }
 
-    /// The time of the shown frame in seconds: on the clock of the recording, if it is of one, else
-    /// simulated.
+    /// The time of the shown frame in seconds, on the clock of its recording, or else in simulated
+    /// time.
     pub fn clock_secs(&self) -> Option<f64> {
         let recorded = self.recording().and_then(|recording| recording.now);
         let nanos = recorded.or_else(|| Some(self.frame?.header().sim_time_nanos))?;

@@ -1,4 +1,4 @@
-//! The part of the selection panel about a robot's work: what a fleet manager has it do.
+//! The part of the selection panel about the work that a fleet manager gives a robot.
 
 use egui::Ui;
 use regatta_plugin::activity::Activity;
@@ -13,8 +13,8 @@ use super::view_model::{Item, ViewModel};
 /// The columns that this part shows.
 pub const COLUMNS: [&str; 4] = [ACTIVITY.name(), WAITS_FOR.name(), GOAL.name(), BATTERY.name()];
 
-/// Shows what the selected robot does, the robot that it waits for, its goal, its order and its
-/// battery, as far as that is published.
+/// Shows the activity, the blocker, the goal, the order and the battery of the selected robot, if
+/// they are published.
 pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
     let [activity, waits_for, goal, battery] = COLUMNS.map(|name| context.model.value(name));
     if [activity, waits_for, goal, battery].iter().all(Option::is_none)

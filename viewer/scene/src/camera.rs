@@ -4,13 +4,9 @@
 //! its view direction is given by `yaw` (counter-clockwise from east) and `pitch` (downwards from
 //! the horizon).
 
-mod bounds;
-
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-
-pub use bounds::{Bounds, Window};
 
 /// The least height of the camera's eye, in metres.
 pub const LOWEST_EYE: f32 = 0.1;
@@ -60,8 +56,8 @@ impl Camera {
     }
 
     /// Returns the camera of a plan: straight down, north up, and from so far away that it is
-    /// orthographic in effect. What is half a metre high is shifted by less than one part in ten
-    /// thousand of the picture's height.
+    /// orthographic in effect. An object half a metre high is shifted by less than a ten-thousandth
+    /// of the picture's height.
     pub fn plan(bounds: Bounds, window: Window) -> Self {
         Self { pitch: FRAC_PI_2, fov_y: PLAN_FOV, ..Self::default() }.fitted_within(bounds, window)
     }
@@ -180,28 +176,32 @@ impl Camera {
     /// Sets the least distance at which all of the points are in the picture, or are no farther
     /// apart than a part of it is wide and high.
     fn at_least_distance(mut self, points: &[Vec2], window: Window) -> Self {
-        let room = (window.high - window.low) * (1.0 - MARGIN);
-        let is_whole = window == Window::whole(window.aspect);
-        let fits = |camera: &Self| {
-            let clip = camera.clip_from_world(window.aspect);
-            let at = |point: &Vec2| {
-                let at = clip * point.extend(0.0).extend(1.0);
-                (at.w > 0.0).then(|| at.truncate().truncate() / at.w)
-            };
-            let Some(all) = points.iter().map(at).collect::<Option<Vec<_>>>() else { return false };
-            let extent = Bounds::from_points(all.iter().copied())
-                .map_or(Vec2::ZERO, |all| all.high - all.low);
-            match is_whole {
-                true => all.iter().all(|at| at.abs().cmplt(room).all()),
-                false => extent.cmplt(room * 2.0).all(),
-            }
-        };
         let (mut near, mut far) = self.distances();
         for _ in 0..40 {
             self.distance = (near * far).sqrt();
-            if fits(&self) { far = self.distance } else { near = self.distance }
+            if self.fits(points, window) { far = self.distance } else { near = self.distance }
         }
         Self { distance: far, ..self }
+    }
+
+    /// Whether all of the points are in the picture, or are no farther apart than a part of it is
+    /// wide and high.
+    fn fits(&self, points: &[Vec2], window: Window) -> bool {
+        let room = (window.high - window.low) * (1.0 - MARGIN);
+        let clip = self.clip_from_world(window.aspect);
+        let mut all = Vec::with_capacity(points.len());
+        for point in points {
+            let at = clip * point.extend(0.0).extend(1.0);
+            if at.w <= 0.0 || at.w.is_nan() {
+                return false;
+            }
+            all.push(at.truncate().truncate() / at.w);
+        }
+        if window == Window::whole(window.aspect) {
+            return all.iter().all(|at| at.abs().cmplt(room).all());
+        }
+        let extent = Bounds::from_points(all).map_or(Vec2::ZERO, |bounds| bounds.high - bounds.low);
+        extent.cmplt(room * 2.0).all()
     }
 
     /// Wraps the yaw to (-π, π], clamps pitch and distance to their ranges, and keeps the eye above
@@ -245,14 +245,9 @@ impl Camera {
         self.target - self.forward() * self.distance
     }
 
-    /// The transform from world coordinates to view coordinates (x right, y up, z back).
-    pub fn view_from_world(&self) -> Mat4 {
-        self.view_from(Vec3::ZERO)
-    }
-
-    /// The transform to view coordinates from coordinates relative to `origin`, which stay precise
-    /// far from the world's origin.
-    pub fn view_from(&self, origin: Vec3) -> Mat4 {
+    /// The transform to view coordinates (x right, y up, z back) from coordinates relative to
+    /// `origin`, which stay precise far from the world's origin.
+    fn view_from(&self, origin: Vec3) -> Mat4 {
         let (right, up, back, eye) =
             (self.right(), self.up(), -self.forward(), self.eye() - origin);
         Mat4::from_cols(
@@ -307,6 +302,84 @@ impl Camera {
     pub fn unproject(&self, pixel: Vec2, size: Vec2) -> Option<Vec2> {
         let (eye, ray) = (self.eye(), self.ray(pixel, size));
         (ray.z < -1e-4).then(|| (eye - ray * (eye.z / ray.z)).truncate())
+    }
+}
+
+/// An axis-aligned rectangle of the ground, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// South-west corner.
+    pub low: Vec2,
+    /// North-east corner.
+    pub high: Vec2,
+}
+
+impl Bounds {
+    /// Returns the bounding box of some points, not counting points that are not finite; `None` if
+    /// there are none.
+    pub fn from_points(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
+        let mut points = points.into_iter().filter(|point| point.is_finite());
+        let first = points.next()?;
+        let mut bounds = Self { low: first, high: first };
+        for point in points {
+            bounds = Self { low: bounds.low.min(point), high: bounds.high.max(point) };
+        }
+        Some(bounds)
+    }
+
+    /// Returns a rectangle around the origin with a width and height in metres.
+    pub fn of_size(size: Vec2) -> Self {
+        let half = size / 2.0;
+        Self { low: -half, high: half }
+    }
+
+    /// Whether another rectangle lies within this one.
+    pub fn contains(self, other: Self) -> bool {
+        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
+    }
+
+    /// Returns the smallest rectangle that contains both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Returns a rectangle that is larger by a fifth of its size plus one metre on all sides.
+    #[must_use]
+    pub fn padded(self) -> Self {
+        let padding = (self.high - self.low) * 0.2 + 1.0;
+        Self { low: self.low - padding, high: self.high + padding }
+    }
+
+    /// The rectangle's centre.
+    pub fn centre(self) -> Vec2 {
+        (self.low + self.high) / 2.0
+    }
+}
+
+/// The part of a picture that nothing covers, as fractions of its width and height from the top
+/// left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Width of the picture divided by its height.
+    pub aspect: f32,
+    /// The part's top left corner.
+    pub low: Vec2,
+    /// The part's bottom right corner.
+    pub high: Vec2,
+}
+
+impl Window {
+    /// Returns all of a picture.
+    pub fn whole(aspect: f32) -> Self {
+        Self { aspect, low: Vec2::ZERO, high: Vec2::ONE }
+    }
+}
+
+impl Default for Bounds {
+    /// A square of twenty metres around the origin, which an empty fleet is shown in.
+    fn default() -> Self {
+        Self { low: Vec2::splat(-10.0), high: Vec2::splat(10.0) }
     }
 }
 

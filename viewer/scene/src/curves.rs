@@ -22,21 +22,17 @@ pub fn curve_length(curve: &CurveRecord) -> f32 {
 /// Returns the place on an edge's curves that is `s` metres from its origin, given the edge's
 /// length in metres: the number of the curve and the curve's parameter.
 pub fn place_at(curves: &[CurveRecord], length: f32, s: f32) -> (usize, f32) {
-    let all = || {
-        curves
-            .iter()
-            .enumerate()
-            .flat_map(|(number, curve)| chords(curve).map(move |chord| (number, chord)))
-    };
     // The chords together are a little shorter than the curves, so `s` is scaled to their length.
-    let total: f32 = all().map(|(_, chord)| chord.length).sum();
+    let total: f32 = curves.iter().flat_map(chords).map(|chord| chord.length).sum();
     let mut rest = s / length.max(1e-6) * total;
-    for (number, chord) in all() {
-        if rest < chord.length {
-            let [from, to] = chord.ends;
-            return (number, from + (to - from) * (rest / chord.length).max(0.0));
+    for (number, curve) in curves.iter().enumerate() {
+        for chord in chords(curve) {
+            if rest < chord.length {
+                let [from, to] = chord.ends;
+                return (number, from + (to - from) * (rest / chord.length).max(0.0));
+            }
+            rest -= chord.length;
         }
-        rest -= chord.length;
     }
     (curves.len().saturating_sub(1), 1.0)
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use bytemuck::{Pod, Zeroable};
+use regatta_base::round;
 use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::{Traffic, World};
 use serde::{Deserialize, Serialize};
@@ -56,7 +57,8 @@ pub struct Heat {
 /// The error of parsing a [`Heat`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, waiting, contacts and routes, windows are minute, 10min and run"
+    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, \
+     waiting, contacts and routes, windows are minute, 10min and run"
 )]
 pub struct HeatError(String);
 
@@ -95,7 +97,7 @@ impl Figure {
         }
     }
 
-    /// Returns the value of an edge, in the unit of the title; `None` if there was nothing of it.
+    /// Returns the value of an edge, in the unit of the title; `None` if it has none.
     pub fn value(self, edge: &EdgeTraffic) -> Option<f32> {
         let value = match self {
             Self::Occupancy => edge.occupancy,
@@ -207,13 +209,14 @@ impl HeatMap {
     pub fn new(heat: Heat, traffic: &Traffic<'_>, world: &World<'_>) -> Self {
         let period =
             Period::ALL.iter().position(|period| *period == heat.period).unwrap_or_default();
-        let edges = || world.edges().iter().zip(traffic.periods[period]);
+        let figures = traffic.periods[period];
+        let edges = world.edges().iter().zip(figures);
         let values: Vec<f32> =
-            edges().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
+            edges.clone().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
         let (ends, is_exceeded) = scale(heat.figure, &values);
         // Heat and curve in one number, which is sorted faster than pairs.
         let mut all = Vec::with_capacity(values.len());
-        for (edge, figures) in edges() {
+        for (edge, figures) in edges {
             let Some(value) = heat.figure.value(figures) else { continue };
             // Not a negative zero, whose bits are not those of the least number.
             let level = ((value - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0) + 0.0;
@@ -256,23 +259,9 @@ fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
     let mut values = values.to_vec();
     let beyond = (values.len() as f32 * BEYOND) as usize;
     let index = values.len().checked_sub(1 + beyond);
-    let hot = round_up(
-        index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1),
-    );
+    let most = index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1);
+    let hot = if most > 0.0 { round::up(most * 0.9999) as f32 } else { 1.0 };
     ([0.0, hot], values.iter().any(|value| *value > hot))
-}
-
-/// Returns the next of 1, 2, 5, 10 … that is not below a value.
-fn round_up(value: f32) -> f32 {
-    if value.is_nan() || value <= 0.0 {
-        return 1.0;
-    }
-    let unit = 10_f32.powf(value.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|step| step * unit)
-        .find(|round| *round >= value * 0.9999)
-        .unwrap_or(value)
 }
 
 #[cfg(test)]

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use heat::Heat;
 use palette::{Colouring, Theme};
 
-/// The most lights beside the sun.
+/// The maximum number of lights beside the sun.
 pub const MAX_LIGHTS: usize = 8;
-/// The most robots that can be selected.
+/// The maximum number of robots that can be selected.
 pub const MAX_SELECTED: usize = 256;
 
 /// All choices about a picture except the camera.

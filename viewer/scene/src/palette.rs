@@ -1,10 +1,6 @@
 //! Colours: the two themes, and the colouring of robots by their data. The hues are Okabe and
 //! Ito's, which are distinguishable with any colour vision; ramps also increase in lightness.
 
-mod heat;
-#[cfg(test)]
-mod vision;
-
 use core::fmt;
 use core::str::FromStr;
 
@@ -13,8 +9,6 @@ use regatta_plugin::ColumnName;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::column::{ACTIVITY, COLLISION};
 use regatta_plugin::frame::RobotState;
-
-pub use heat::heat_ramp;
 
 /// The number of colours of a ramp, and the most colours of a set of categories.
 pub const COLOURS: usize = 16;
@@ -131,20 +125,20 @@ impl Rgb {
     /// Returns a colour between this one and another one, in equal steps for `part` from 0 to 1.
     #[must_use]
     pub fn mix(self, other: Self, part: f32) -> Self {
-        let channel = |shift: u32| {
+        let mut mixed = 0;
+        for shift in [16, 8, 0] {
             let [from, to] = [self.0, other.0].map(|colour| ((colour >> shift) & 0xff) as f32);
-            ((from + (to - from) * part).round() as u32) << shift
-        };
-        Self(channel(16) | channel(8) | channel(0))
+            mixed |= ((from + (to - from) * part).round() as u32) << shift;
+        }
+        Self(mixed)
     }
 
     /// Linear red, green and blue, 0 to 1.
     pub fn linear(self) -> Vec3 {
-        let channel = |shift: u32| {
+        Vec3::from([16, 8, 0].map(|shift| {
             let value = ((self.0 >> shift) & 0xff) as f32 / 255.0;
             if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-        };
-        Vec3::new(channel(16), channel(8), channel(0))
+        }))
     }
 }
 
@@ -252,28 +246,38 @@ impl Colouring {
     }
 }
 
-// The eight states and the eight activities are variants of Okabe and Ito's hues that differ in
-// lightness too, because with grey and brown beside them the hues alone are not told apart with
-// every colour vision: see `vision.rs`.
+/// The states of robots that are there, in the order of their numbers.
+pub const STATES: [RobotState; RobotState::COUNT] = [
+    RobotState::Idle,
+    RobotState::Driving,
+    RobotState::Waiting,
+    RobotState::Held,
+    RobotState::Faulted,
+    RobotState::Turning,
+    RobotState::Stalled,
+    RobotState::Broken,
+];
+
+// The eight states and the eight activities are variants of Okabe and Ito's hues that also differ
+// in lightness. With grey and brown beside them, the hues alone can't be distinguished with every
+// colour vision: see the tests.
 
 fn states(theme: Theme) -> Scale {
-    let states = [
-        RobotState::Idle,
-        RobotState::Driving,
-        RobotState::Waiting,
-        RobotState::Held,
-        RobotState::Faulted,
-        RobotState::Turning,
-        RobotState::Stalled,
-        RobotState::Broken,
-    ];
     Scale::Categories(
-        states.map(|state| (state.name().to_owned(), theme.state_colour(state))).to_vec(),
+        STATES.map(|state| (state.name().to_owned(), theme.state_colour(state))).to_vec(),
     )
 }
 
 fn activities(theme: Theme) -> Scale {
-    let colour = |activity| match (activity, theme) {
+    Scale::Categories(
+        Activity::ALL
+            .map(|activity| (activity.name().to_owned(), activity_colour(activity, theme)))
+            .to_vec(),
+    )
+}
+
+fn activity_colour(activity: Activity, theme: Theme) -> Rgb {
+    Rgb(match (activity, theme) {
         (Activity::Idle, Theme::Dark) => 0x566873,
         (Activity::Idle, Theme::Light) => 0x7a8798,
         (Activity::ToPick, Theme::Dark) => 0x5abdf5,
@@ -290,10 +294,7 @@ fn activities(theme: Theme) -> Scale {
         (Activity::Charging, Theme::Light) => 0xd097dd,
         (Activity::OutOfService, Theme::Dark) => 0xd35c00,
         (Activity::OutOfService, Theme::Light) => 0xc35100,
-    };
-    Scale::Categories(
-        Activity::ALL.map(|activity| (activity.name().to_owned(), Rgb(colour(activity)))).to_vec(),
-    )
+    })
 }
 
 fn collisions(theme: Theme) -> Scale {
@@ -344,24 +345,23 @@ impl FromStr for Colouring {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+// The ramps of the heat map were computed in OKLab (Björn Ottosson, 2020): lightness is linear,
+// hue goes from violet by red to yellow, and the sixteen colours are at equal distances on that way.
+// Much is what differs most from the floor: bright on a dark floor, dark on a light one.
+const DARK_HEAT: [u32; COLOURS] = [
+    0x4a237a, 0x622583, 0x7b2687, 0x932687, 0xac2683, 0xc32b7d, 0xd63a76, 0xe8496f, 0xf85a67,
+    0xff7365, 0xff8b68, 0xffa26c, 0xffb875, 0xffce81, 0xffe386, 0xf8f8a8,
+];
+const LIGHT_HEAT: [u32; COLOURS] = [
+    0xeee180, 0xf0cb5d, 0xf2b43b, 0xf39c19, 0xee8401, 0xe66c03, 0xe0520a, 0xd6371f, 0xc71e34,
+    0xb50044, 0x9e014f, 0x860055, 0x6f005b, 0x58005c, 0x400059, 0x2a044e,
+];
 
-    #[test]
-    fn ramps_increase_in_lightness() {
-        let scale = Scale::Ramp { low: 0.0, high: 1.0, unit: "" };
-        let lightness = scale
-            .colours(Theme::Dark)
-            .map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
-        assert!(lightness.is_sorted(), "{lightness:?}");
-    }
-
-    #[test]
-    fn colourings_are_parsed_as_they_are_printed() {
-        for text in ["state", "speed", "type", "collision", "battery"] {
-            assert_eq!(text.parse::<Colouring>().unwrap().to_string(), text);
-        }
-        assert!("no such/name".parse::<Colouring>().is_err());
-    }
+/// Returns the colours of the heat map, from cold to hot: equal steps of a value are equal
+/// steps of colour.
+pub fn heat_ramp(theme: Theme) -> [Rgb; COLOURS] {
+    if theme == Theme::Dark { DARK_HEAT.map(Rgb) } else { LIGHT_HEAT.map(Rgb) }
 }
+
+#[cfg(test)]
+mod tests;

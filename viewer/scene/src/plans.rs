@@ -24,11 +24,19 @@ pub struct PlanFacts {
     pub is_filtered: bool,
     /// The routes of robots, while they are watched.
     pub routes: Option<Coverage>,
-    /// Whether a fleet manager says where robots go.
+    /// Whether a fleet manager publishes the goals of robots.
     pub has_goals: bool,
-    /// The number of robots that wait for others, and of those among them in rings; `None` if no
-    /// fleet manager says so.
-    pub waiting: Option<[u32; 2]>,
+    /// The robots that wait for others; `None` if no fleet manager publishes this.
+    pub waiting: Option<Waiting>,
+}
+
+/// The number of robots that wait for others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Waiting {
+    /// All of them.
+    pub robots: u32,
+    /// Those in rings of robots that wait for each other.
+    pub in_rings: u32,
 }
 
 impl PlanFacts {

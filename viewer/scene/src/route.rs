@@ -1,4 +1,4 @@
-//! Routes of robots, reduced to what is drawn and shown.
+//! Routes of robots, reduced to the parts that are drawn and shown.
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::frame::RobotState;
@@ -46,8 +46,8 @@ pub struct RouteLength {
     pub is_partial: bool,
 }
 
-/// Returns the rest of a route, from the robot's position in a frame on: the segments to draw, and
-/// their length. There is nothing left if the robot is idle or absent, or frame and route belong to
+/// Returns the rest of a route from the robot's position in a frame: the segments to draw, and
+/// their length. The rest is empty if the robot is idle or absent, or if frame and route belong to
 /// different runs.
 pub fn remaining_route(
     route: &RouteResponse,
@@ -61,17 +61,17 @@ pub fn remaining_route(
         return (Vec::new(), remaining);
     }
     // The robot has moved on since the route was answered.
-    let (current, s) = (frame.edge()[row], frame.s()[row]);
+    let s = frame.s()[row];
     let waits_at_node = state == RobotState::Waiting && route.released_metres == f32::INFINITY;
-    let is_current = |edge: u32| edge == current && !waits_at_node;
-    let driven = match waits_at_node {
-        true => (route.released as usize).min(route.legs().len()),
-        false => route.legs().take(NEXT_LEGS).position(|leg| is_current(leg.edge)).unwrap_or(0),
+    let current = (!waits_at_node).then_some(frame.edge()[row]);
+    let driven = match current {
+        None => (route.released as usize).min(route.legs().len()),
+        Some(edge) => route.legs().take(NEXT_LEGS).position(|leg| leg.edge == edge).unwrap_or(0),
     };
     let mut all = Vec::with_capacity(route.legs().len() - driven);
     for (index, leg) in route.legs().enumerate().skip(driven) {
         let Some(edge) = world.edges().get(leg.edge as usize) else { break };
-        let entry = match (index == driven && is_current(leg.edge), leg.reverse) {
+        let entry = match (index == driven && current == Some(leg.edge), leg.reverse) {
             (true, false) => s.clamp(0.0, edge.length),
             (true, true) => (edge.length - s).clamp(0.0, edge.length),
             (false, _) => 0.0,
@@ -96,7 +96,7 @@ pub fn remaining_route(
 }
 
 /// Returns the segments of a part of a leg, in the order in which they are driven. The part is
-/// given in metres from where the leg is entered.
+/// given in metres from the start of the leg.
 fn segments(
     world: &World<'_>,
     edge: &EdgeRecord,
@@ -105,13 +105,12 @@ fn segments(
     released: u32,
 ) -> impl Iterator<Item = RouteSegment> + use<> {
     let (curves, first_curve) = (world.curves(edge), edge.first_curve);
-    let place = |metres: f32| match (metres <= 0.0, metres >= edge.length, reverse) {
+    let [from, to] = range.map(|metres| match (metres <= 0.0, metres >= edge.length, reverse) {
         (true, _, false) | (_, true, true) => (0, 0.0),
         (true, _, true) | (_, true, false) => (curves.len().saturating_sub(1), 1.0),
         (_, _, false) => place_at(curves, edge.length, metres),
         (_, _, true) => place_at(curves, edge.length, edge.length - metres),
-    };
-    let [from, to] = range.map(place);
+    });
     let count = if curves.is_empty() { 0 } else { from.0.abs_diff(to.0) + 1 };
     let [start, end] = if reverse { [1.0, 0.0] } else { [0.0, 1.0] };
     (0..count).map(move |passed| {

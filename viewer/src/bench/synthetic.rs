@@ -81,22 +81,21 @@ impl SyntheticTraffic {
     }
 }
 
-/// Returns figures of which every edge has some, and which differ.
+/// Returns figures for every edge, which differ from edge to edge.
 pub fn traffic(world: &World<'_>) -> SyntheticTraffic {
-    let value = |edge: usize| (edge % 97) as f32 / 97.0;
-    let figures = |edge| EdgeTraffic {
-        occupancy: 3.0 * value(edge),
-        entered_per_hour: 900.0 * value(edge),
-        relative_speed: value(edge),
-        waiting_secs: 60.0 * value(edge),
-        contact_secs: value(edge),
-        released: value(edge),
-        planned: value(edge),
-    };
-    SyntheticTraffic {
-        header: TrafficHeader::default(),
-        edges: (0..world.edges().len()).map(figures).collect(),
-    }
+    let edges = (0..world.edges().len()).map(|edge| {
+        let value = (edge % 97) as f32 / 97.0;
+        EdgeTraffic {
+            occupancy: 3.0 * value,
+            entered_per_hour: 900.0 * value,
+            relative_speed: value,
+            waiting_secs: 60.0 * value,
+            contact_secs: value,
+            released: value,
+            planned: value,
+        }
+    });
+    SyntheticTraffic { header: TrafficHeader::default(), edges: edges.collect() }
 }
 
 /// The number of rows, and of robots in a row.

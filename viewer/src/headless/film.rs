@@ -121,7 +121,7 @@ impl HeadlessViewer<'_> {
     fn stand(&self) -> Result<(Control, Around)> {
         let mut control = Control::open_on(&self.participant)?;
         // The second answer comes after the replay has connected all readers of this program and
-        // given them what is there.
+        // sent them the current data.
         control.status()?;
         control.speed(f32::INFINITY)?;
         let now = control.status()?;

@@ -5,11 +5,10 @@ use std::time::Instant;
 use glam::UVec2;
 use image::{Rgba, RgbaImage, imageops};
 use regatta_gpu::TargetConfig;
-use regatta_interface::banner::Banner;
 use regatta_interface::labels::{Labels, levels};
 use regatta_interface::levels::columns;
 use regatta_interface::overlay;
-use regatta_plugin::{Error, Result, World};
+use regatta_plugin::{Error, Result};
 use regatta_scene::camera::Camera;
 
 use super::{HeadlessViewer, legend_width};
@@ -27,8 +26,8 @@ pub(super) struct Part {
 
 impl HeadlessViewer<'_> {
     /// Draws each level into a part of the picture, from the upper left corner on, in the order of
-    /// their names. All have the same camera, so that what is above each other is at the same place
-    /// of each part. The legend is on the left of them, or left out where there is no room for it.
+    /// their names. All have the same camera, so that places above each other are at the same
+    /// position of each part. The legend is to the left of them, or left out if there is no room.
     pub(super) fn render_levels(&mut self, samples: u32) -> Result<RgbaImage> {
         let names = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
         if names.len() < 2 {
@@ -71,7 +70,7 @@ impl HeadlessViewer<'_> {
     fn show_level(&mut self, name: &str) -> Result {
         self.stage.scene.level = Some(name.to_owned());
         self.stage.apply(News::default(), Instant::now())?;
-        // Another name is as wide as it is: what was laid out before doesn't count.
+        // Another name has another width, so the previous layout is dropped.
         self.caption = Caption::new(&self.gpu);
         if let Some(world) = self.stage.feed.world() {
             self.caption.labels = Labels::new(&world, Some(name));
@@ -79,27 +78,15 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
-    /// Draws the legend alone. `density` is as in [`Annotations`]. Returns what there is no room
-    /// for, too.
+    /// Draws the legend alone. `density` is as in [`Annotations`]. Also returns the parts for which
+    /// there is no room.
     fn render_legend(&mut self, density: Option<f32>) -> Result<(RgbaImage, Vec<&'static str>)> {
         let mut encoder = self.gpu.encoder();
         let (legend, scene) = (self.stage.legend(), &self.stage.scene);
         self.offscreen.fill(&mut encoder, scene.theme.colours().sky);
-        let annotations = Annotations {
-            camera: &Camera::default(),
-            scene,
-            legend: Some(&legend),
-            plan: false,
-            plans: self.stage.plan_facts(),
-            title: self.title(),
-            frame: None,
-            world: World::default(),
-            heat: self.stage.jam_facts().heat,
-            closed: self.stage.closed().len() as u32,
-            density,
-            robots: Vec::new(),
-            banner: Banner::default(),
-        };
+        let (camera, title) = (Camera::default(), self.title());
+        let legend = Some(&legend);
+        let annotations = Annotations { legend, density, ..self.stage.annotations(&camera, title) };
         self.caption = Caption::new(&self.gpu);
         let target = (&self.offscreen.overlay, self.size());
         let left_out = self.caption.draw(&self.gpu, &mut encoder, target, &annotations);

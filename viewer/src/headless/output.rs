@@ -21,14 +21,6 @@ pub fn check(options: &Options) -> Result {
 
 /// Returns an error if a path ends like a file of a format that isn't written.
 fn check_format(options: &Options) -> Result {
-    let ending =
-        |path: &Path| path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    let unknown = |path: &Path, formats: &str| {
-        Err(Error::new(format!(
-            "{}: pictures are not written in this format: {formats}",
-            path.display()
-        )))
-    };
     if let Some(path) = options.svg.as_deref().filter(|path| ending(path).as_deref() != Some("svg"))
     {
         return unknown(path, "give a name that ends in .svg");
@@ -42,6 +34,17 @@ fn check_format(options: &Options) -> Result {
         }
         _ => Ok(()),
     }
+}
+
+fn ending(path: &Path) -> Option<String> {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase())
+}
+
+fn unknown(path: &Path, formats: &str) -> Result {
+    Err(Error::new(format!(
+        "{}: pictures are not written in this format: {formats}",
+        path.display()
+    )))
 }
 
 /// Whether there is a file, or a folder with something in it.

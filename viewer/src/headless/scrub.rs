@@ -24,7 +24,7 @@ impl HeadlessViewer<'_> {
         }
         self.wait_for_columns()?;
         let Some(recording) = self.stage.feed.recording() else {
-            return Err(Error::new("this is no recording"));
+            return Err(Error::new("this isn't a recording"));
         };
         let (start, end) = (recording.header.start_nanos, recording.header.end_nanos);
         let mut control = Control::open_on(&self.participant)?;

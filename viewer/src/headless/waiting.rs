@@ -7,7 +7,6 @@ use regatta_plugin::{Error, Result};
 use regatta_scene::palette::Colouring;
 
 use super::{HeadlessViewer, POLL};
-use crate::stage::Stage;
 
 /// The time after which a message says that the viewer waits for the fleet.
 const NOTICE_AFTER: Duration = Duration::from_secs(1);
@@ -27,7 +26,7 @@ impl HeadlessViewer<'_> {
     /// interrupted.
     pub(super) fn wait_for_fleet(&mut self) -> Result<bool> {
         let (started, mut is_notified, mut polls) = (Instant::now(), false, 0);
-        // Of a recording whose traffic is counted, the frames before the picture are played.
+        // If the traffic of a recording is counted, the frames before the picture are played.
         let at = self.options.at.filter(|_| !self.options.counts_traffic());
         let from = at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
@@ -41,7 +40,8 @@ impl HeadlessViewer<'_> {
             if let Some(time) = time.filter(|time| polls == 1 && at.is_some() && *time > from) {
                 let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
                 return Err(Error::new(format!(
-                    "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or replay a recording"
+                    "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or \
+                     replay a recording"
                 )));
             }
             if time.is_some_and(|time| time >= from || self.stands_at(from))
@@ -67,7 +67,8 @@ impl HeadlessViewer<'_> {
             if time.is_none() && started.elapsed() > self.options.timeout.into() {
                 let (fleet, timeout) = (&self.options.fleet, self.options.timeout);
                 return Err(Error::new(format!(
-                    "no frame of fleet '{fleet}' within {timeout}: start it with `regatta run`, or give a longer --timeout"
+                    "no frame of fleet '{fleet}' within {timeout}: start it with `regatta run`, or \
+                     give a longer --timeout"
                 )));
             }
             if let Some(time) = time.filter(|_| self.has_ended()) {
@@ -100,20 +101,24 @@ impl HeadlessViewer<'_> {
     /// Waits a moment for the columns of robot types and values.
     pub(super) fn wait_for_columns(&mut self) -> Result {
         let started = Instant::now();
-        let has_column = matches!(self.stage.scene.colouring, Colouring::Column(_));
-        let lacks = |stage: &Stage| {
-            stage.feed.robot_type().is_none() || has_column && stage.feed.value().is_none()
-        };
         let wait =
             if self.options.look.colour.is_some() { REQUESTED_COLUMN_WAIT } else { COLUMNS_WAIT };
-        while lacks(&self.stage) && started.elapsed() < wait && !self.termination.requested() {
+        while self.lacks_columns() && started.elapsed() < wait && !self.termination.requested() {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
         }
         Ok(())
     }
 
-    /// Waits until the routes of all robots have been asked for once, and who waits is known.
+    /// Whether the column of robot types is missing, or the one that colours robots.
+    fn lacks_columns(&self) -> bool {
+        let (scene, feed) = (&self.stage.scene, &self.stage.feed);
+        feed.robot_type().is_none()
+            || matches!(scene.colouring, Colouring::Column(_)) && feed.value().is_none()
+    }
+
+    /// Waits until the routes of all robots have been requested once, and the waiting robots are
+    /// known.
     pub(super) fn wait_for_plans(&mut self) -> Result {
         let started = Instant::now();
         let layers = self.stage.scene.layers;
@@ -152,7 +157,8 @@ impl HeadlessViewer<'_> {
         if self.jams.is_some() {
             let fleet = &self.options.fleet;
             tracing::warn!(
-                "nobody publishes the figures of edges; start: regatta plugin traffic --fleet {fleet}"
+                "nobody publishes the figures of edges; start: regatta plugin traffic --fleet \
+                 {fleet}"
             );
         }
         Ok(())

@@ -33,7 +33,7 @@ pub struct Watcher {
     /// The heat map that was worked out last, and whether there is something newer.
     heat: Option<Heat>,
     is_heat_old: bool,
-    /// Whether somebody published the traffic at the last look.
+    /// Whether the traffic had a publisher at the last check.
     had_traffic: bool,
     /// Whether there is a frame that the hot spots don't count yet.
     has_frame: bool,
@@ -94,17 +94,16 @@ impl Watcher {
         Ok(self.current_traffic()?.map(|traffic| HeatMap::new(heat, &traffic, &world)))
     }
 
-    /// The newest figures, if they are of the world that is shown and somebody publishes them.
+    /// The newest figures, if they belong to the shown world and have a publisher.
     fn current_traffic(&self) -> Result<Option<Traffic<'_>>, ReadError> {
         let edges = self.worlds.current()?.map_or(0, |world| world.edges().len());
         let run = self.frames.current()?.map(|frame| frame.run_id());
         let has_publisher = self.traffic.has_publisher();
-        let fits = |traffic: &Traffic<'_>| {
+        Ok(self.traffic.current()?.filter(|traffic| {
             has_publisher
                 && traffic.header.edges as usize == edges
                 && run.is_none_or(|run| run == traffic.header.run_id)
-        };
-        Ok(self.traffic.current()?.filter(fits))
+        }))
     }
 
     /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time:

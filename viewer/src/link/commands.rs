@@ -10,11 +10,11 @@ use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::{Commands, FleetName, ManagerClient, ManagerError, Result};
 
-use super::report::Report;
+use super::Report;
 
 /// The time between two looks for answers.
 const POLL: Duration = Duration::from_millis(20);
-/// The time after which the user is told that a command has no answer yet. The answer is told
+/// The time after which the user is told that a command has no answer yet. The answer is shown
 /// whenever it comes.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The longest wait for the world, before a robot is sent.

@@ -13,7 +13,7 @@ use regatta_plugin::{
     WorldReader, column_names,
 };
 
-use super::report::{Fact, Report};
+use super::{Fact, Report};
 use crate::link::routes::RoutePoller;
 
 /// The time between two sorts of the fleet list.
@@ -29,11 +29,11 @@ const VALUES_EVERY: Duration = Duration::from_millis(200);
 const ORDERS_EVERY: Duration = Duration::from_millis(100);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
-/// The most columns that are read for the selected robot: each occupies a reader's place at the
-/// column.
+/// The maximum number of columns that are read for the selected robot. Each occupies a reader's
+/// place at the column.
 const MAX_COLUMNS: usize = 16;
 
-/// A change of what is polled.
+/// A change of the polled data.
 #[derive(Debug)]
 pub enum Query {
     Rows(RowQuery),
@@ -199,10 +199,10 @@ impl Poller {
             return Ok(Vec::new());
         };
         let types = ports.types.current()?.map(|column| column.values);
-        let report = |filter: &Filter| {
+        let reports = self.filters.iter().map(|filter| {
             Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.orders))
-        };
-        Ok(self.filters.iter().map(report).collect())
+        });
+        Ok(reports.collect())
     }
 
     fn take_orders(&mut self) -> Result<(), ReadError> {

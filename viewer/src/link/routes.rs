@@ -6,7 +6,7 @@ use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{OpenError, Participant, RouteClient, RouteError};
 
-/// The most robots whose routes are polled.
+/// The maximum number of robots whose routes are polled.
 pub const MAX_ROBOTS: usize = 8;
 /// The time between two polls.
 const POLL_EVERY: Duration = Duration::from_millis(250);

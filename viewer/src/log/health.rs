@@ -1,5 +1,5 @@
-//! The health of a fleet that no event tells: whether its robots move, and whether its manager is
-//! there.
+//! The health of a fleet for which there is no event: whether its robots move, and whether its
+//! manager is alive.
 
 use regatta_interface::log::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 use regatta_plugin::frame::{Frame, RobotState};
@@ -9,7 +9,8 @@ const JUMP_NANOS: u64 = 10_000_000_000;
 /// The simulated time for which robots that want to drive all stand, until that is an alarm, in
 /// nanoseconds.
 const STANDSTILL_NANOS: u64 = 30_000_000_000;
-/// The simulated time after which a fleet manager that says nothing is silent, in nanoseconds.
+/// The simulated time without messages after which a fleet manager counts as silent, in
+/// nanoseconds.
 const SILENCE_NANOS: u64 = 5_000_000_000;
 
 /// The health of a fleet, beyond its events.

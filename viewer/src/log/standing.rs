@@ -1,5 +1,5 @@
-//! Alarms that hold now, whether or not somebody saw them begin: the state of the fleet is compared
-//! with its events.
+//! Alarms that hold now, even if their beginning was missed. They are found by comparing the state
+//! of the fleet with its events.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ impl Unseen {
     fn remark(self) -> &'static str {
         match self {
             Self::Opened => "since before this window opened",
-            Self::Missed => "since when was missed",
+            Self::Missed => "the start was missed",
             Self::Jumped => "since before the shown time",
         }
     }
@@ -66,8 +66,8 @@ impl Standing {
     }
 
     /// Compares the alarms of a kind with those that hold at a tick, which are sorted. Returns the
-    /// changes that no event has told. Events of that tick and later ones are believed: what holds
-    /// may be older.
+    /// changes that no event has reported. Events of that tick and later ones take precedence,
+    /// because the state may be older.
     pub fn compare(
         &mut self,
         is_kind: fn(&AlarmKey) -> bool,
@@ -120,7 +120,7 @@ pub(super) fn contacts(pairs: &[ContactRecord]) -> Vec<AlarmKey> {
     keys
 }
 
-/// Returns the entry of a robot's change that no event has told, seen at a simulated time in
+/// Returns the entry of a robot's change that no event has reported, seen at a simulated time in
 /// nanoseconds.
 pub(super) fn robot_entry(change: AlarmChange, frame: &Frame<'_>, unseen: Unseen) -> Option<Entry> {
     let (AlarmChange::Begins(AlarmKey::Robot(robot)) | AlarmChange::Ends(AlarmKey::Robot(robot))) =
@@ -139,7 +139,7 @@ pub(super) fn robot_entry(change: AlarmChange, frame: &Frame<'_>, unseen: Unseen
     Some(Entry { robot: Some(robot), text, ..entry })
 }
 
-/// Returns the entry of a contact that no event has told. Since when robots touch is known.
+/// Returns the entry of a contact that no event has reported. Its start is known.
 pub(super) fn contact_entry(
     change: AlarmChange,
     pairs: &[ContactRecord],
@@ -167,7 +167,7 @@ pub(super) fn contact_entry(
     })
 }
 
-/// Returns the entry of an edge's change that no event has told, seen at a simulated time in
+/// Returns the entry of an edge's change that no event has reported, seen at a simulated time in
 /// nanoseconds.
 pub(super) fn edge_entry(change: AlarmChange, now_nanos: u64, unseen: Unseen) -> Option<Entry> {
     let (AlarmChange::Begins(AlarmKey::Edge(id)) | AlarmChange::Ends(AlarmKey::Edge(id))) = change

@@ -63,7 +63,7 @@ fn check_length(bytes: &[u8]) -> Result<(), String> {
 /// Checks that all indices exist and all values are known.
 fn validate(document: Document) -> Result<Document, String> {
     let json = document.into_json();
-    // The crate's own check of a primitive takes this for granted.
+    // The crate's own check of a primitive assumes this.
     let mut named = json
         .meshes
         .iter()
@@ -97,9 +97,9 @@ fn read_buffer(
             let file =
                 uri.strip_prefix("file://").or_else(|| uri.strip_prefix("file:")).unwrap_or(uri);
             let path = folder.join(decode(file)?);
-            let failed = |reason: String| format!("buffer {}: {reason}", path.display());
-            files::check_regular(&path).map_err(failed)?;
-            std::fs::read(&path).map_err(|error| failed(error.to_string()))?
+            files::check_regular(&path)
+                .and_then(|()| std::fs::read(&path).map_err(|error| error.to_string()))
+                .map_err(|reason| format!("buffer {}: {reason}", path.display()))?
         }
     };
     if data.len() < buffer.length() {
@@ -153,17 +153,17 @@ fn add_primitive(
     let [red, green, blue, _] = primitive.material().pbr_metallic_roughness().base_color_factor();
     let paint = paint_of([red, green, blue]);
     let normal_transform = transform.inverse().transpose();
-    let mut add = |index: u32| {
+    let indices: Vec<u32> = match reader.read_indices() {
+        Some(indices) => indices.into_u32().collect(),
+        None => (0..positions.len() as u32).collect(),
+    };
+    for index in indices {
         let at = positions.get(index as usize).ok_or("a triangle refers to a missing vertex")?;
         let normal = normals.get(index as usize).map_or(Vec3::ZERO, |normal| Vec3::from(*normal));
         let normal = normal_transform.transform_vector3(normal);
         corners.push(Corner { at: transform.transform_point3(Vec3::from(*at)), normal, paint });
-        Ok(())
-    };
-    match reader.read_indices() {
-        Some(indices) => indices.into_u32().try_for_each(&mut add),
-        None => (0..positions.len() as u32).try_for_each(&mut add),
     }
+    Ok(())
 }
 
 /// Checks that an accessor has the expected type, and that all of its elements are within its

@@ -10,18 +10,6 @@ use regatta_interface::settings::{FloorPlacement, MeshPlacement};
 use regatta_scene::Light;
 use regatta_scene::palette::Theme;
 
-/// Width and height in pixels, for example `1920x1080`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size(pub UVec2);
-
-/// Two numbers, for example `1.5,-2`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair(pub Vec2);
-
-/// A light: `x,y,z` or `x,y,z,r,g,b`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightOption(pub Light);
-
 /// A mesh for robots, for example `tug=tug.stl,0.001,0.1,90`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshOption {
@@ -32,11 +20,6 @@ pub struct MeshOption {
     /// The placement on the robot.
     pub placement: MeshPlacement,
 }
-
-/// The placement of a picture on the floor: x and y of its lower left corner in metres, metres per
-/// pixel, and the yaw in degrees.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloorAt(pub FloorPlacement);
 
 /// Parses the name of a theme.
 pub fn theme() -> impl TypedValueParser<Value = Theme> {
@@ -84,43 +67,50 @@ pub fn samples(text: &str) -> Result<u32, ParseError> {
         .ok_or(ParseError { text: text.to_owned(), expected })
 }
 
-impl FromStr for Size {
-    type Err = ParseError;
+/// Parses a width and height in pixels.
+pub fn size(text: &str) -> Result<UVec2, ParseError> {
+    text.split_once('x')
+        .and_then(|(width, height)| Some(UVec2::new(side(width)?, side(height)?)))
+        .ok_or(ParseError { text: text.to_owned(), expected: "a size such as 1920x1080" })
+}
 
-    fn from_str(text: &str) -> Result<Self, ParseError> {
-        let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=32_768).contains(side));
-        text.split_once('x')
-            .and_then(|(width, height)| Some(Self(UVec2::new(side(width)?, side(height)?))))
-            .ok_or(ParseError { text: text.to_owned(), expected: "a size such as 1920x1080" })
+fn side(text: &str) -> Option<u32> {
+    text.parse().ok().filter(|side| (1..=32_768).contains(side))
+}
+
+/// Parses two numbers.
+pub fn pair(text: &str) -> Result<Vec2, ParseError> {
+    let expected = "two numbers such as 1.5,-2";
+    match numbers(text, expected)?[..] {
+        [x, y] => Ok(Vec2::new(x, y)),
+        _ => Err(ParseError { text: text.to_owned(), expected }),
     }
 }
 
-impl FromStr for Pair {
-    type Err = ParseError;
-
-    fn from_str(text: &str) -> Result<Self, ParseError> {
-        let expected = "two numbers such as 1.5,-2";
-        match numbers(text, expected)?[..] {
-            [x, y] => Ok(Self(Vec2::new(x, y))),
-            _ => Err(ParseError { text: text.to_owned(), expected }),
+/// Parses a light: its position, and its colour, which is white by default.
+pub fn light(text: &str) -> Result<Light, ParseError> {
+    let expected = "a light such as 0,0,5 or 0,0,5,1,0.8,0.6";
+    let (position, colour) = match numbers(text, expected)?[..] {
+        [x, y, z] => (Vec3::new(x, y, z), Vec3::ONE),
+        [x, y, z, red, green, blue] => {
+            (Vec3::new(x, y, z), Vec3::new(red, green, blue).max(Vec3::ZERO))
         }
-    }
+        _ => return Err(ParseError { text: text.to_owned(), expected }),
+    };
+    Ok(Light { position, colour })
 }
 
-impl FromStr for LightOption {
-    type Err = ParseError;
-
-    fn from_str(text: &str) -> Result<Self, ParseError> {
-        let expected = "a light such as 0,0,5 or 0,0,5,1,0.8,0.6";
-        let (position, colour) = match numbers(text, expected)?[..] {
-            [x, y, z] => (Vec3::new(x, y, z), Vec3::ONE),
-            [x, y, z, red, green, blue] => {
-                (Vec3::new(x, y, z), Vec3::new(red, green, blue).max(Vec3::ZERO))
-            }
-            _ => return Err(ParseError { text: text.to_owned(), expected }),
-        };
-        Ok(Self(Light { position, colour }))
-    }
+/// Parses the placement of a picture on the floor.
+pub fn floor_at(text: &str) -> Result<FloorPlacement, ParseError> {
+    let expected = "x,y,resolution or x,y,resolution,yaw such as -10,-5.5,0.05";
+    let failed = || ParseError { text: text.to_owned(), expected };
+    let (x, y, metres_per_pixel, yaw_degrees) = match numbers(text, expected)?[..] {
+        [x, y, resolution] => (x, y, resolution, 0.0),
+        [x, y, resolution, yaw] => (x, y, resolution, yaw),
+        _ => return Err(failed()),
+    };
+    let at = FloorPlacement { x, y, metres_per_pixel, yaw_degrees };
+    if (1e-4..=100.0).contains(&metres_per_pixel) { Ok(at) } else { Err(failed()) }
 }
 
 impl FromStr for MeshOption {
@@ -148,22 +138,6 @@ impl FromStr for MeshOption {
     }
 }
 
-impl FromStr for FloorAt {
-    type Err = ParseError;
-
-    fn from_str(text: &str) -> Result<Self, ParseError> {
-        let expected = "x,y,resolution or x,y,resolution,yaw such as -10,-5.5,0.05";
-        let failed = || ParseError { text: text.to_owned(), expected };
-        let (x, y, resolution, yaw) = match numbers(text, expected)?[..] {
-            [x, y, resolution] => (x, y, resolution, 0.0),
-            [x, y, resolution, yaw] => (x, y, resolution, yaw),
-            _ => return Err(failed()),
-        };
-        let at = FloorPlacement { x, y, metres_per_pixel: resolution, yaw_degrees: yaw };
-        if (1e-4..=100.0).contains(&resolution) { Ok(Self(at)) } else { Err(failed()) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use regatta_interface::cameras::{Bookmark, CameraOption};
@@ -173,17 +147,17 @@ mod tests {
 
     #[test]
     fn valid_values_are_parsed_and_invalid_ones_rejected() {
-        assert_eq!("640x480".parse(), Ok(Size(UVec2::new(640, 480))));
-        assert_eq!("1.5,-2".parse(), Ok(Pair(Vec2::new(1.5, -2.0))));
+        assert_eq!(size("640x480"), Ok(UVec2::new(640, 480)));
+        assert_eq!(pair("1.5,-2"), Ok(Vec2::new(1.5, -2.0)));
         assert_eq!("top".parse(), Ok(CameraOption::Top));
         assert!("0,0,5,1.57,0.5".parse::<CameraOption>().is_ok());
         for bad in ["", "640", "0x5", "640x480x2", "640x-1", "99999x1"] {
-            assert!(bad.parse::<Size>().is_err(), "{bad}");
+            assert!(size(bad).is_err(), "{bad}");
         }
         for bad in ["", "2side", "1,2,-3", "1,2", "1,2,3,4,nan", "1,2,3,4,5,6"] {
             assert!(bad.parse::<CameraOption>().is_err(), "{bad}");
         }
-        assert!("0,0".parse::<LightOption>().is_err());
+        assert!(light("0,0").is_err());
         let mesh: MeshOption = "tug=a/b.stl,0.001,0.1".parse().unwrap();
         let MeshPlacement { scale, z, yaw } = mesh.placement;
         assert_eq!((mesh.robot_type.as_deref(), scale, z, yaw), (Some("tug"), 0.001, 0.1, 0.0));
@@ -203,8 +177,8 @@ mod tests {
             assert!(bad.parse::<Bookmark>().is_err(), "{bad}");
         }
         let at = FloorPlacement { x: -10.0, y: 5.0, metres_per_pixel: 0.05, yaw_degrees: 0.0 };
-        assert_eq!("-10,5,0.05".parse(), Ok(FloorAt(at)));
-        assert!("1,2".parse::<FloorAt>().is_err() && "1,2,0".parse::<FloorAt>().is_err());
+        assert_eq!(floor_at("-10,5,0.05"), Ok(at));
+        assert!(floor_at("1,2").is_err() && floor_at("1,2,0").is_err());
         assert_eq!((super::scale("200"), super::scale("1:50")), (Ok(200.0), Ok(50.0)));
         assert!(super::scale("0.5").is_err());
         for bad in ["", "tug=", "a.stl,0", "a.stl,x", "a.stl,1,2,3,4"] {

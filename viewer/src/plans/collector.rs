@@ -1,4 +1,4 @@
-//! Asks for the routes of many robots, some at a time, round after round.
+//! Requests the routes of many robots, some at a time, round after round.
 
 use std::time::{Duration, Instant};
 
@@ -8,14 +8,14 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, RouteClient, RouteError};
 use regatta_scene::plans::Coverage;
 
-/// The most robots whose routes are asked for: an answer takes a kilobyte.
+/// The maximum number of robots whose routes are requested. An answer takes a kilobyte.
 const MAX_ROBOTS: usize = 16_384;
 /// The number of routes that are asked for at once.
 const AT_ONCE: usize = 8;
 /// The longest wait for an answer.
 const TIMEOUT: Duration = Duration::from_millis(200);
 
-/// The routes of all robots, as they were when they were asked for last.
+/// The routes of all robots at their last request.
 #[derive(Debug)]
 pub struct Collector {
     routes: Vec<Option<Box<RouteResponse>>>,
@@ -72,7 +72,7 @@ impl Collector {
         }
     }
 
-    /// Begins anew with another run, and follows the number of robots.
+    /// Starts again with another run, and adapts to the number of robots.
     fn fit(&mut self, frame: &Frame<'_>) {
         if self.run != frame.run_id() {
             *self = Self { run: frame.run_id(), ..Self::new() };
@@ -81,8 +81,8 @@ impl Collector {
         self.next = self.next.min(self.routes.len());
     }
 
-    /// Takes the next robots to ask for. Those without a route, and those that are not wanted, are
-    /// passed over.
+    /// Takes the next robots to request. Robots without a route, and robots that aren't wanted, are
+    /// skipped.
     fn batch(&mut self, frame: &Frame<'_>, robots: Option<&RobotSet>) -> Vec<u32> {
         let mut batch = Vec::with_capacity(AT_ONCE);
         while self.next < self.routes.len() && batch.len() < AT_ONCE {

@@ -5,7 +5,7 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{FleetName, ProducerPorts, RouteServer};
-use regatta_scene::plans::{GoalMark, WaitArrow};
+use regatta_scene::plans::{GoalMark, WaitArrow, Waiting};
 use regatta_scene::route::RouteSegment;
 
 use super::*;
@@ -92,7 +92,7 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
     let lines: Vec<_> = report.lines.iter().map(|line| (line.curve, line.released)).collect();
     assert_eq!(lines, [(1, 0), (0, 1), (1, 1)]);
     assert_eq!(report.goals, [GoalMark { node: 2, selected: 0 }]);
-    assert_eq!(report.facts.waiting, Some([2, 2]));
+    assert_eq!(report.facts.waiting, Some(Waiting { robots: 2, in_rings: 2 }));
     let known = report.facts.routes.expect("routes are watched");
     assert_eq!((known.known, known.under_way), (2, 2));
     assert!(!report.facts.lacks_routes() && !report.facts.is_filtered);
@@ -115,7 +115,7 @@ fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
     let (counts, known) = (report.facts.waiting, report.facts.routes.expect("routes are watched"));
     assert_eq!(
         (counts, known.known, known.under_way, report.facts.is_filtered),
-        (Some([1, 1]), 1, 1, true)
+        (Some(Waiting { robots: 1, in_rings: 1 }), 1, 1, true)
     );
 
     let watch = PlanQuery { selected: vec![0], ..watch };
@@ -125,7 +125,7 @@ fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
     let (counts, known) = (report.facts.waiting, report.facts.routes.expect("routes are watched"));
     assert_eq!(
         (counts, known.known, known.under_way),
-        (Some([1, 1]), 1, 1),
+        (Some(Waiting { robots: 1, in_rings: 1 }), 1, 1),
         "the selected robot is not counted"
     );
 }

@@ -60,7 +60,7 @@ impl Stage {
         is_new
     }
 
-    /// Uploads to a new renderer what the others have.
+    /// Uploads the data of the other renderers to a new one.
     fn fill(&self, renderer: &mut Renderer, level: &str) {
         renderer.set_level(Some(level));
         let Some(world) = self.feed.world() else { return };
@@ -96,8 +96,8 @@ impl Stage {
         true
     }
 
-    /// Makes the scene's level the one that is shown. Returns whether it was shown beside the one
-    /// before, so that its graph is uploaded already: they change places then.
+    /// Shows the scene's level. Returns whether it was shown beside the previous one. In that case
+    /// its graph is uploaded already, and both swap places.
     pub(super) fn change_level(&mut self) -> bool {
         let before = std::mem::replace(&mut self.level, self.scene.level.clone());
         let wanted =

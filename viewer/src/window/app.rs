@@ -34,8 +34,8 @@ pub struct App<'a> {
     failure: Option<Error>,
     /// The time at which there is something to do without an event.
     wakes_at: Instant,
-    /// Whether a picture was drawn since the last look for events: that may have read some, for
-    /// which there is no wait then.
+    /// Whether a picture was drawn since the last check for events. Drawing may read events, in
+    /// which case the loop doesn't wait.
     has_drawn: bool,
 }
 
@@ -88,10 +88,10 @@ impl<'a> App<'a> {
     /// Opens the window and everything that draws into it.
     fn open(&self, events: &ActiveEventLoop) -> Result<ViewerWindow> {
         let (settings_store, error) = SettingsStore::load(self.options);
-        let [width, height] = settings_store.initial().window;
+        let size = settings_store.initial().window;
         let attributes = Window::default_attributes()
             .with_title(title(&self.options.name(), None))
-            .with_inner_size(LogicalSize::new(width, height))
+            .with_inner_size(LogicalSize::new(size.x, size.y))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
         let window = events
             .create_window(attributes)

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use glam::Vec2;
 use regatta_gpu::floor::FloorPicture;
 use regatta_interface::settings::{FloorPlacement, RobotMesh, Settings};
 use regatta_scene::camera::Bounds;
@@ -12,9 +13,25 @@ use crate::{floor_picture, mesh_file};
 /// The loaded files.
 #[derive(Debug, Default)]
 pub struct Assets {
-    /// The path of the picture, the size of the floor in metres, and where the picture is placed.
-    floor: (String, Option<[f32; 2]>, Option<FloorPlacement>),
+    floor: FloorFile,
     mesh: Option<RobotMesh>,
+}
+
+/// The picture on the floor.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct FloorFile {
+    /// Empty for no picture.
+    path: String,
+    /// The size of the floor in metres.
+    size: Option<Vec2>,
+    placement: Option<FloorPlacement>,
+}
+
+impl FloorFile {
+    fn of(settings: &Settings) -> Self {
+        let Settings { floor_image, floor, floor_at, .. } = settings;
+        Self { path: floor_image.clone(), size: *floor, placement: *floor_at }
+    }
 }
 
 /// A file of the settings that could not be loaded.
@@ -31,9 +48,7 @@ impl Assets {
     /// returned, and replaced in the settings by the one before, which stays in use.
     pub fn update(&mut self, settings: &mut Settings, stage: &mut Stage) -> Vec<Unloadable> {
         let mut failures = Vec::new();
-        if (&self.floor.0, self.floor.1, self.floor.2)
-            != (&settings.floor_image, settings.floor, settings.floor_at)
-        {
+        if self.floor != FloorFile::of(settings) {
             failures.extend(self.update_floor(settings, stage));
         }
         if self.mesh != settings.mesh {
@@ -43,12 +58,12 @@ impl Assets {
     }
 
     fn update_floor(&mut self, settings: &mut Settings, stage: &mut Stage) -> Option<Unloadable> {
-        let loaded = load_floor(&settings.floor_image, settings.floor, settings.floor_at, stage);
+        let loaded = load_floor(&FloorFile::of(settings), stage);
         let failure = loaded.err().map(|error| {
             let message = format!("{error}; the floor stays as it is");
-            let before = std::mem::take(&mut self.floor.0);
+            let before = std::mem::take(&mut self.floor.path);
             let file = std::mem::replace(&mut settings.floor_image, before);
-            // The file of the picture that is shown is no longer there.
+            // The file of the shown picture no longer exists.
             if file == settings.floor_image {
                 settings.floor_image.clear();
             }
@@ -57,7 +72,7 @@ impl Assets {
             }
             Unloadable { file, message }
         });
-        self.floor = (settings.floor_image.clone(), settings.floor, settings.floor_at);
+        self.floor = FloorFile::of(settings);
         failure
     }
 
@@ -76,19 +91,15 @@ impl Assets {
     }
 }
 
-fn load_floor(
-    file: &str,
-    size: Option<[f32; 2]>,
-    placed: Option<FloorPlacement>,
-    stage: &mut Stage,
-) -> Result<(), String> {
+fn load_floor(floor: &FloorFile, stage: &mut Stage) -> Result<(), String> {
+    let file = &floor.path;
     if file.is_empty() {
         set_floor(stage, None);
         return Ok(());
     }
-    let bounds = size.map_or(stage.bounds(), Bounds::of_size);
-    let picture =
-        floor_picture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
+    let bounds = floor.size.map_or(stage.bounds(), Bounds::of_size);
+    let max_size = stage.renderer.max_texture_size();
+    let picture = floor_picture::load(Path::new(file), bounds, max_size, floor.placement);
     let picture = picture.map_err(|error| error.to_string())?;
     let has_room = set_floor(stage, Some(&picture));
     has_room.then_some(()).ok_or_else(|| format!("{file}: no room in the graphics memory"))

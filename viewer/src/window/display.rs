@@ -1,5 +1,5 @@
-//! The end of the display. winit has no event for it: its calls panic then, or Xlib ends the
-//! process while winit waits for events, and what the process has in shared memory stays there.
+//! The end of the display. winit has no event for it. Its calls panic, or Xlib ends the process
+//! while winit waits for events, and the process leaves its data in shared memory.
 
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,5 @@
-//! The state of a fleet for the interface, beside what the stage reads for drawing.
+//! The state of a fleet for the interface, in addition to the data that the stage reads for
+//! drawing.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -100,13 +101,17 @@ impl FleetState {
 
 /// Whether two statuses of an engine differ visibly.
 fn differ(one: Option<&ControlResponse>, other: Option<&ControlResponse>) -> bool {
-    let visible = |status: &ControlResponse| ControlResponse {
+    one.map(visible) != other.map(visible)
+}
+
+/// Returns the parts of a status that are visible.
+fn visible(status: &ControlResponse) -> ControlResponse {
+    ControlResponse {
         wall_time_nanos: 0,
         tick_cost_p50_nanos: 0,
         tick_cost_p99_nanos: 0,
         resident_bytes: 0,
         real_time_factor: (status.real_time_factor * 100.0).round(),
         ..*status
-    };
-    one.map(visible) != other.map(visible)
+    }
 }

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 /// The time between two checks for news while nothing moves.
 const CHECK_INTERVAL: Duration = Duration::from_millis(30);
-/// The time after the last news during which drawing goes on: columns arrive shortly after their
-/// frame.
+/// The time for which drawing continues after the last news, because columns arrive shortly after
+/// their frame.
 const DRAW_ON: Duration = Duration::from_millis(400);
 /// The refresh rate of screens that don't report it, in hertz.
 const DEFAULT_RATE: f64 = 60.0;
@@ -24,7 +24,7 @@ pub struct FramePacing {
 }
 
 impl FramePacing {
-    /// Creates the pacing for a screen with this refresh rate in hertz. `software` says that the
+    /// Creates the pacing for a screen with this refresh rate in hertz. `software` means that the
     /// processor draws.
     pub fn new(rate: Option<f64>, software: bool, now: Instant) -> Self {
         let period = 1.0 / rate.filter(|rate| *rate >= 1.0).unwrap_or(DEFAULT_RATE);

@@ -55,7 +55,7 @@ impl SettingsStore {
         };
         let mut initial = overridden(stored.clone(), &options.look);
         if let Some(size) = options.size {
-            initial.window = size.0.as_vec2().to_array();
+            initial.window = size.as_vec2();
         }
         (Self { stored, saved: initial.clone(), initial, changed_at: None }, error)
     }
@@ -155,10 +155,10 @@ fn overridden(mut settings: Settings, look: &LookOptions) -> Settings {
         settings.colour = colour.to_string();
     }
     if let Some(offset) = look.offset {
-        settings.offset = offset.0.to_array();
+        settings.offset = offset;
     }
     if let Some(size) = look.floor {
-        settings.floor = Some(size.0.abs().to_array());
+        settings.floor = Some(size.abs());
     }
     if let Some(points) = look.trails {
         settings.trails = points;
@@ -167,14 +167,12 @@ fn overridden(mut settings: Settings, look: &LookOptions) -> Settings {
     if let Some(path) = &look.floor_image {
         settings.floor_image = path.display().to_string();
     }
-    if let Some(at) = look.floor_at {
-        settings.floor_at = Some(at.0);
-    }
+    settings.floor_at = look.floor_at.or(settings.floor_at);
     if let Some(model) = look.mesh.iter().rfind(|model| model.robot_type.is_none()) {
         settings.mesh = Some(RobotMesh::new(model.path.display().to_string(), model.placement));
     }
     if !look.light.is_empty() {
-        settings.lamps = look.light.iter().map(|light| light.0).collect();
+        settings.lamps.clone_from(&look.light);
     }
     settings.grid &= !look.no_grid;
     settings.shadows &= !look.no_shadows;
@@ -193,6 +191,7 @@ fn overridden(mut settings: Settings, look: &LookOptions) -> Settings {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
     use regatta_interface::settings::{LeftPanel, RightPanel};
 
     use super::*;
@@ -209,8 +208,8 @@ mod tests {
         let settings = Settings {
             light: true,
             colour: "speed".into(),
-            offset: [1.5, -2.0],
-            floor: Some([40.0, 30.0]),
+            offset: Vec2::new(1.5, -2.0),
+            floor: Some(Vec2::new(40.0, 30.0)),
             left: Some(LeftPanel::Fleet),
             right: Some(RightPanel::View),
             ..Settings::default()

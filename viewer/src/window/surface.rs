@@ -125,17 +125,12 @@ impl WindowSurface {
                 return Err(NoCanvas::Lost);
             }
         };
-        let view = |format| {
+        let [fleet, interface] = [self.fleet_format, self.interface_format].map(|format| {
             let descriptor =
                 wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
             texture.texture.create_view(&descriptor)
-        };
-        Ok(Canvas {
-            fleet: view(self.fleet_format),
-            interface: view(self.interface_format),
-            size,
-            texture,
-        })
+        });
+        Ok(Canvas { fleet, interface, size, texture })
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::ViewportId;
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 use regatta_gpu::TargetConfig;
 use regatta_gpu::copy::Insets;
 use regatta_gpu::device::Gpu;
@@ -16,8 +16,8 @@ use regatta_gpu::painter::Painter;
 use regatta_gpu::renderer::Renderer;
 use regatta_interface::Interface;
 use regatta_interface::labels::{Labels, levels};
+use regatta_interface::performance::{PictureTime, Timing};
 use regatta_interface::robot_filter::{Filter, Matches};
-use regatta_interface::timing::Timing;
 use regatta_interface::view_model::{EngineState, Item};
 use regatta_plugin::{FleetName, Participant, Result};
 use regatta_scene::Detail;
@@ -52,7 +52,7 @@ pub enum Next {
 
 /// An open window of the viewer.
 pub struct ViewerWindow {
-    // Fields are dropped in this order: what draws precedes what it draws on.
+    // Fields are dropped in this order, so renderers precede their surfaces.
     painter: Painter,
     /// The pictures of levels beside the scene's.
     insets: Insets,
@@ -192,7 +192,7 @@ impl ViewerWindow {
         let size = self.window.inner_size().to_logical::<f32>(self.window.scale_factor());
         let normal = self.window.fullscreen().is_none() && !self.window.is_maximized();
         if normal && size.width > 0.0 && size.height > 0.0 {
-            self.interface.settings.window = [size.width, size.height];
+            self.interface.settings.window = Vec2::new(size.width, size.height);
         }
     }
 
@@ -290,7 +290,7 @@ impl ViewerWindow {
         has_news
     }
 
-    /// Sets the robots that match a filter. Returns whether it is one of those that were requested
+    /// Sets the robots that match a filter. Returns whether the filter is among those requested
     /// last.
     fn set_matches(&mut self, filter: &Filter, matches: Matches) -> bool {
         if *filter == self.fleet_state.filter {
@@ -305,12 +305,12 @@ impl ViewerWindow {
     /// Shows levels side by side, or no longer.
     fn show_beside(&mut self) {
         let levels: Vec<_> = self.interface.levels_beside().collect();
-        let create = || {
+        let has_changed = self.stage.show_beside(&levels, || {
             let mut renderer = Renderer::new(&self.gpu, self.target);
             self.look.load_meshes(&mut renderer);
             renderer
-        };
-        if self.stage.show_beside(&levels, create) {
+        });
+        if has_changed {
             // The new renderers have neither the picture on the floor nor the mesh of the settings.
             self.assets = Assets::default();
         }
@@ -360,15 +360,14 @@ impl ViewerWindow {
         self.schedule(&output, start);
         let waited = self.paint(picture, output, start)?;
         self.gpu.check_memory()?;
-        let parts = [
-            read - start,
-            uploaded - read,
-            shown.elapsed().saturating_sub(waited),
-            shown - uploaded,
-            waited,
-        ];
-        let period = (start - self.drawn_at).as_secs_f32();
-        self.timing.push(parts.map(|part| part.as_secs_f32()), period.min(1.0));
+        self.timing.push(PictureTime {
+            period: (start - self.drawn_at).min(Duration::from_secs(1)),
+            reading: read - start,
+            uploads: uploaded - read,
+            encoding: shown.elapsed().saturating_sub(waited),
+            interface: shown - uploaded,
+            waiting: waited,
+        });
         self.drawn_at = start;
         let saved = self.settings_store.save_later(&self.interface.settings, start);
         self.report_unsaved(saved);
@@ -424,7 +423,7 @@ fn size_of(window: &Window) -> UVec2 {
     UVec2::new(size.width, size.height)
 }
 
-/// Returns the title of the window: what is shown, and the selected robot.
+/// Returns the title of the window: the shown source, and the selected robot.
 pub fn title(fleet: &str, selected: Option<Item>) -> String {
     match selected {
         Some(Item::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),

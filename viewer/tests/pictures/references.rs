@@ -16,7 +16,7 @@ use regatta_scene::route::RouteSegment;
 use regatta_scene::{Light, Marked, Scene, Trails};
 use regatta_viewer::mesh_file;
 use regatta_viewer::picture::FORMAT;
-use regatta_viewer::plans::waits::arrows;
+use regatta_viewer::plans::marks::arrows;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, bounds, camera, graph, robots, top};

@@ -1,4 +1,4 @@
-//! The key `ThetaHolonomic`: the heading of a robot's body at a node, where `Theta` is that of the
+//! The key `ThetaHolonomic`: the heading of a robot's body at a node. `Theta` is the heading of the
 //! curve.
 
 use regatta_base::graph::NodeIndex;
@@ -14,8 +14,8 @@ use crate::model::value::plural;
 /// Angles in radians that differ by at most this much count as equal: files round them.
 const TOLERANCE: f64 = 0.01;
 
-/// Gives edges without an orientation of their own the one that the body headings at their ends
-/// make together. `edges` are in the order of `raw`.
+/// Sets the orientation of edges that have none, from the body headings at their ends. `edges` are
+/// in the order of `raw`.
 pub(crate) fn orient(raw: &RawGraph, edges: &mut [Option<Edge>], report: &mut Report<'_>) {
     let (mut varying, mut incomplete) = (Vec::new(), Vec::new());
     for (edge, raw_edge) in edges.iter_mut().zip(&raw.edges) {
@@ -57,7 +57,8 @@ fn body_heading(raw: &RawGraph, node: NodeIndex) -> Option<f64> {
     Some(to_radians(raw.nodes[node.0 as usize].body_heading?, raw.degrees))
 }
 
-/// Returns the orientation that gives an edge these headings at its ends; `None` if none does.
+/// Returns the orientation for which an edge has these headings at its ends; `None` if there is
+/// none.
 fn orientation(edge: &Edge, start: f64, end: f64) -> Option<Orientation> {
     let offset = normalize_angle(start - edge.path.start_tangent().to_angle());
     let end_offset = normalize_angle(end - edge.path.end_tangent().to_angle());
@@ -94,7 +95,8 @@ mod tests {
     /// of the nodes.
     fn read(edge: &str, first: &str, second: &str) -> (RouteGraph, Findings) {
         let text = format!(
-            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0{first}}}\n- {{Id: 2, X: 5, Y: 5, Theta: {FRAC_PI_2}{second}}}\n\
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0{first}}}\n- {{Id: 2, X: 5, Y: 5, Theta: \
+             {FRAC_PI_2}{second}}}\n\
              Edges:\n- {{Id: 7, Origin_ID: 1, Destination_ID: 2, {edge}}}\n"
         );
         parse(&text, "g", &ReadOptions::default()).expect("a graph")
@@ -192,7 +194,8 @@ mod tests {
     fn the_unit_and_the_type_are_checked() {
         let text = |angle: &str| {
             format!(
-                "AngleUnit: deg\nVertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0, ThetaHolonomic: {angle}}}\n\
+                "AngleUnit: deg\nVertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0, ThetaHolonomic: \
+                 {angle}}}\n\
                  - {{Id: 2, X: 5, Y: 0, Theta: 0, ThetaHolonomic: 90}}\n\
                  Edges:\n- {{Id: 7, Origin_ID: 1, Destination_ID: 2, {STRAIGHT}}}\n"
             )

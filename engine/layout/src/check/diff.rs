@@ -37,7 +37,7 @@ pub enum DifferenceKind {
     Removed,
     /// Only the second graph has it.
     Added,
-    /// Both have it, but not the same.
+    /// Both graphs have it, with differences.
     Changed,
 }
 
@@ -72,8 +72,7 @@ pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
     found.extend(compare("edge", first.edges(), second.edges(), edge_key, |a, b| {
         sides.edge_changes(a, b)
     }));
-    let key = |station: &Station| station.name.clone();
-    found.extend(compare("station", first.stations(), second.stations(), key, |a, b| {
+    found.extend(compare("station", first.stations(), second.stations(), station_key, |a, b| {
         sides.station_changes(a, b)
     }));
     found
@@ -111,6 +110,10 @@ fn node_key(node: &Node) -> String {
 
 fn edge_key(edge: &Edge) -> String {
     edge.name().map_or_else(|| edge.id.to_string(), str::to_owned)
+}
+
+fn station_key(station: &Station) -> String {
+    station.name.clone()
 }
 
 struct Sides<'g> {
@@ -187,8 +190,8 @@ impl Sides<'_> {
         changes
     }
 
-    /// Returns the largest distance of a point of one of two paths from the other path, or of their
-    /// starts or ends.
+    /// Returns the distance of two paths: the largest distance of a point of one path from the
+    /// other path, of their starts, or of their ends.
     fn path_distance(&self, a: &Edge, b: &Edge) -> f64 {
         let shift = self.second.origin() - self.first.origin();
         let b = b.path.map(|point| point + shift);
@@ -265,7 +268,8 @@ mod tests {
 
     fn graph(speed: f64, x: f64, more: &str) -> RouteGraph {
         let text = format!(
-            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: {x}, Y: 0, Theta: 0, Role: park}}\n{more}\
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: {x}, Y: 0, Theta: 0, \
+             Role: park}}\n{more}\
              Edges:\n- {{Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: {speed}}}\n"
         );
         parse(&text, "g", &ReadOptions::default()).expect("a graph").0

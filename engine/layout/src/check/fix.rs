@@ -88,7 +88,7 @@ fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
         raw.degrees = true;
         return Some("the headings are in degrees: `AngleUnit: deg`".to_owned());
     }
-    // Headings that the file doesn't give follow from its edges, in radians.
+    // Headings that the file doesn't give are computed from edges, in radians.
     for node in raw.nodes.iter_mut().filter(|node| node.has_heading) {
         node.theta = node.theta.map(f64::to_radians);
     }
@@ -98,8 +98,8 @@ fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
     Some("the headings of nodes and edges are in degrees: converted to radians".to_owned())
 }
 
-/// Removes edges that are the same as an earlier one, and gives those with an earlier id another
-/// one.
+/// Removes edges that equal an earlier one. Gives a new id to other edges that repeat an earlier
+/// id.
 fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
     let mut fixes = Vec::new();
     let mut next_id = raw.edges.iter().filter_map(|edge| edge.id).max().unwrap_or(0);
@@ -127,7 +127,7 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
     fixes
 }
 
-/// Whether two edges between the same nodes differ in their ids and names at most.
+/// Whether two edges are equal, apart from their ids and names.
 fn is_same(a: &RawEdge, b: &RawEdge) -> bool {
     let [tags_a, tags_b] =
         [a, b].map(|edge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() });
@@ -146,8 +146,8 @@ fn name(edge: &RawEdge) -> String {
     }
 }
 
-/// Joins nodes that are nearly at the same place with nearly the same heading, if one of them is a
-/// loose end: robots arrive there and can't leave, or leave and never arrive.
+/// Joins nodes at nearly the same place and with nearly the same heading, if one of them is a loose
+/// end: a node at which edges only end, or only start.
 fn join_ends(raw: &mut RawGraph) -> Vec<String> {
     let loose = loose_ends(raw);
     let mut joined: BTreeMap<u32, u32> = BTreeMap::new();
@@ -168,7 +168,7 @@ fn join_ends(raw: &mut RawGraph) -> Vec<String> {
     fixes
 }
 
-/// Returns the ids of nodes with edges of which none leaves, or none arrives.
+/// Returns the ids of nodes at which edges only end, or only start.
 fn loose_ends(raw: &RawGraph) -> BTreeSet<u32> {
     let (mut left, mut reached) = (BTreeSet::new(), BTreeSet::new());
     for edge in &raw.edges {
@@ -204,7 +204,7 @@ fn position(node: &RawNode) -> Option<DVec2> {
     Some(DVec2::new(node.x?, node.y?)).filter(|position| position.is_finite())
 }
 
-/// Returns the id of the nearest node that a node can be joined with, and their distance in metres.
+/// Returns the id of the nearest node with which a node can be joined, and the distance in metres.
 fn nearest(
     id: u32,
     node: &RawNode,
@@ -238,8 +238,8 @@ fn nearest(
     best
 }
 
-/// Whether two nodes have nearly the same heading, and no edge between them: that would become one
-/// from a node to itself.
+/// Whether two nodes have nearly the same heading, and no edge between them. Such an edge would
+/// become a loop.
 fn can_join(
     raw: &RawGraph,
     (id, node): (u32, &RawNode),
@@ -305,7 +305,8 @@ mod tests {
             )
         };
         let text = format!(
-            "{{\"layouts\": [{{\"nodes\": [{}, {}], \"edges\": [{{\"edgeId\": \"1\", \"startNodeId\": \"1\", \
+            "{{\"layouts\": [{{\"nodes\": [{}, {}], \"edges\": [{{\"edgeId\": \"1\", \
+             \"startNodeId\": \"1\", \
              \"endNodeId\": \"2\", \"vehicleTypeEdgeProperties\": [{{\"vehicleTypeId\": \"A\", \"maxSpeed\": 1, \
              \"orientationType\": \"GLOBAL\", \"vehicleOrientation\": 180}}]}}]}}]}}",
             node(1, 0),
@@ -326,7 +327,8 @@ mod tests {
             format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, {EDGE}{more}}}\n")
         };
         let text = format!(
-            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 5, Y: 0, Theta: 0}}\nEdges:\n{}{}{}{}{}",
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 5, Y: 0, Theta: \
+             0}}\nEdges:\n{}{}{}{}{}",
             edge(1, ""),
             edge(2, ", Zone: trolleys"),
             edge(3, ", RotationAtOrigin: cw"),

@@ -17,7 +17,7 @@ use crate::model::value::{plural, shorten};
 /// The largest number of nodes that a warning lists.
 const MAX_EXAMPLES: usize = 5;
 
-/// The other handle convention is suggested if it makes the curves shorter than this fraction of
+/// The other handle convention is suggested if it shortens the curves to less than this fraction of
 /// their length.
 const CLEARLY_SHORTER: f64 = 0.95;
 
@@ -69,7 +69,7 @@ fn warn_of_swapped_handles(
     }
 }
 
-/// A route can't distinguish -0 from 0.
+/// Warns if edge 0 may be driven in reverse gear: a route can't distinguish -0 from 0.
 fn warn_of_reverse_zero(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     let Some(index) = graph.edge_by_id(0) else { return };
     if graph.edge(index).reverse_speed.is_some() {
@@ -79,7 +79,7 @@ fn warn_of_reverse_zero(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<
     }
 }
 
-/// Robots turn at nodes only.
+/// Warns of edges with corners within their curves: robots turn at nodes only.
 fn warn_of_corners(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     let tangential = graph
         .edges()
@@ -115,8 +115,8 @@ impl NodeLinter<'_, '_, '_> {
         self.raw.nodes[node.0 as usize].report(Severity::Warning, message, self.report);
     }
 
-    /// Reports one warning for all nodes: layouts of other systems have straight lanes, so that
-    /// robots turn nearly everywhere.
+    /// Reports one warning for all nodes. In layouts of other systems, lanes are straight, so that
+    /// robots turn at nearly all nodes.
     fn count_jumps(&mut self) {
         let nodes = jumps(self.graph).len();
         if nodes > 0 {
@@ -236,8 +236,8 @@ struct Jump {
     to: Leg,
 }
 
-/// Returns the nodes where the heading jumps, each with the largest jump and the number of legs
-/// after which there is one.
+/// Returns the nodes where the heading jumps. Each has its largest jump, and the number of arriving
+/// legs with a jump.
 fn jumps(graph: &RouteGraph) -> Vec<(NodeIndex, Jump, usize)> {
     let mut arrivals: Vec<(NodeIndex, LegHeading)> = legs(graph.edges())
         .map(|leg| (graph.leg_end(leg), leg_heading(graph, leg, leg.gear == Gear::Forward)))
@@ -273,9 +273,8 @@ fn leg_heading(graph: &RouteGraph, leg: Leg, at_destination: bool) -> LegHeading
     LegHeading { heading: edge.orientation.heading(tangent.to_angle()), leg }
 }
 
-/// Returns the departure with the largest heading jump from an arrival, if that is too large. It is
-/// one of the two departures next to the opposite heading, so that not every pair has to be
-/// compared.
+/// Returns the departure with the largest heading jump from an arrival, if that jump is too large.
+/// It is one of the two departures next to the opposite heading, so not every pair is compared.
 fn worst_jump(arrival: LegHeading, departures: &[LegHeading]) -> Option<Jump> {
     let opposite = normalize_angle(arrival.heading + PI);
     let above = departures.partition_point(|departure| departure.heading < opposite);

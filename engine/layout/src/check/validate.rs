@@ -17,7 +17,7 @@ use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::{Orientation, Station};
 use crate::model::value::{plural, shorten};
 
-/// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a
+/// The largest |x| or |y| in metres. Beyond it, the `f32` poses in frames are coarser than half a
 /// millimetre.
 pub const MAX_COORDINATE: f64 = 8000.0;
 
@@ -85,8 +85,8 @@ fn origin(raw: &RawGraph) -> DVec2 {
         .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)));
     let farthest = min.abs().max(max.abs()).max_element();
     let extent = (max - min).max_element();
-    // In a graph that is too large, or has an error of a few nodes, the file's coordinates say
-    // where that is.
+    // If the graph is too large, or a few nodes have wrong positions, errors give the file's
+    // coordinates.
     if farthest <= MAX_COORDINATE || !farthest.is_finite() || extent > 2.0 * MAX_COORDINATE - 1000.0
     {
         return DVec2::ZERO;
@@ -130,7 +130,7 @@ fn check_stations(
 }
 
 fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
-    // A reader that found no content has reported the reason.
+    // A reader that finds no content reports the reason itself.
     if report.has_errors() {
         return;
     }
@@ -215,8 +215,9 @@ impl NodeCheck<'_, '_, '_> {
             return;
         };
         self.error(&format!(
-            "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, the \
-             range in which poses are precise: check that the unit is metres, or split the graph",
+            "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, \
+             the range in which poses are precise: check that the unit is metres, or split the \
+             graph",
             2.0 * MAX_COORDINATE - 1000.0
         ));
     }
@@ -231,7 +232,7 @@ pub(super) fn to_radians(angle: f64, degrees: bool) -> f64 {
     normalize_angle(if degrees { angle.to_radians() } else { angle })
 }
 
-/// Warns of headings of more than a full turn in radians, which are probably in degrees.
+/// Warns of headings beyond a full turn in radians, which are probably in degrees.
 fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
     if raw.degrees || raw.is_imported {
         return;
@@ -354,8 +355,8 @@ impl EdgeCheck<'_, '_, '_> {
         None
     }
 
-    /// Joins the cubics of a file, and connects them to the nodes by straight segments where they
-    /// don't meet.
+    /// Joins the cubics of a file. Straight segments fill the gaps between the cubics and the
+    /// nodes.
     fn connected(&mut self, from: &Node, to: &Node, cubics: &[CubicBezier]) -> Option<Path> {
         let mut joined: Vec<CubicBezier> = Vec::with_capacity(cubics.len());
         let mut at = from.position;
@@ -377,8 +378,8 @@ impl EdgeCheck<'_, '_, '_> {
         path
     }
 
-    /// Moves the start of a curve to where the one before it ends, or adds a straight segment if
-    /// that is too far.
+    /// Moves the start of a curve to the end of the previous curve, or adds a straight segment if
+    /// the gap is too large.
     fn close_gap(&mut self, from: DVec2, to: &mut DVec2, joined: &mut Vec<CubicBezier>) {
         let gap = from.distance(*to);
         if gap <= MAX_GAP {

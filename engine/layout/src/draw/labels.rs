@@ -1,4 +1,4 @@
-//! The labels of a map, each where it covers no other label and no symbol.
+//! The labels of a map. A label covers no other label and no symbol.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use regatta_base::svg::Svg;
 use super::{LEGEND, Map, PAPER, SPEED_COLOURS, approximate_length, role_colour};
 use crate::model::route_graph::{Edge, Node};
 
-/// The largest number of edges with which edges are labelled.
+/// Edges are labelled in graphs of at most this many edges.
 const MAX_LABELLED_EDGES: usize = 150;
 
-/// The largest number of nodes with which nodes are labelled, and likewise of stations.
+/// Nodes are labelled in graphs of at most this many nodes. Stations have the same limit.
 const MAX_LABELLED_NODES: usize = 2000;
 
 /// The largest number of characters of a label.
@@ -44,24 +44,26 @@ impl Label {
     /// Returns half the estimated width and height. Chinese, Japanese and Korean characters are as
     /// wide as high.
     fn half_size(&self) -> DVec2 {
-        let width = |letter| if letter >= '\u{1100}' && letter != '…' { 1.0 } else { GLYPH.x };
-        DVec2::new(self.text.chars().map(width).sum(), GLYPH.y) * self.font / 2.0
+        let mut width = 0.0;
+        for letter in self.text.chars() {
+            width += if letter >= '\u{1100}' && letter != '…' { 1.0 } else { GLYPH.x };
+        }
+        DVec2::new(width, GLYPH.y) * self.font / 2.0
     }
 
     fn area(&self) -> Area {
         Area::around(self.centre, self.half_size())
     }
 
-    /// Returns the centres beside, above and below a symbol, which reaches `radius` from its own
-    /// centre. The second six are farther away, for a symbol with another one around it.
+    /// Returns the centres beside, above and below a symbol of this radius. The second six are
+    /// farther away, for a symbol inside of another one.
     fn centres_around(&self, symbol: DVec2, radius: f64) -> impl Iterator<Item = DVec2> + use<> {
         const SIDES: [(f64, f64); 6] =
             [(1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (0.0, -1.0), (0.0, 1.0)];
-        let half = self.half_size();
-        let around = move |gap| {
-            SIDES.map(|(right, down)| symbol + (half + radius + gap) * DVec2::new(right, down))
-        };
-        [1.0, 8.0].into_iter().flat_map(around)
+        let reach = self.half_size() + radius;
+        [1.0, 8.0].into_iter().flat_map(move |gap| {
+            SIDES.map(|(right, down)| symbol + (reach + gap) * DVec2::new(right, down))
+        })
     }
 
     /// Returns the centre to the right of a point of a curve; `right` is a unit vector.
@@ -111,12 +113,11 @@ impl Taken {
     }
 
     fn is_free(&self, area: &Area) -> bool {
-        let in_cell = |cell| self.cells.get(&cell).into_iter().flatten();
-        self.picture.contains(area)
-            && !area.cells().flat_map(in_cell).any(|taken| taken.overlaps(area))
+        let mut near = area.cells().filter_map(|cell| self.cells.get(&cell)).flatten();
+        self.picture.contains(area) && !near.any(|taken| taken.overlaps(area))
     }
 
-    /// Moves a label to the first free one of some centres; returns `None` if there is none.
+    /// Moves a label to the first free centre; returns `None` if no centre is free.
     fn place(&mut self, label: Label, centres: impl IntoIterator<Item = DVec2>) -> Option<Label> {
         let mut there = centres.into_iter().map(|centre| Label { centre, ..label.clone() });
         let placed = there.find(|label| self.is_free(&label.area()))?;
@@ -126,8 +127,8 @@ impl Taken {
 }
 
 impl Map<'_> {
-    /// Writes the labels: first all halos, which are texts of their own because not every SVG
-    /// renderer supports `paint-order`, then the texts, so that no halo covers a text.
+    /// Writes the labels: first all halos, then all texts, so that no halo covers a text. Halos are
+    /// separate texts because not every SVG renderer supports `paint-order`.
     pub(super) fn write_labels(&self, svg: &mut Svg) {
         let labels = self.labels();
         let group = svg.element("g").set("text-anchor", "middle");
@@ -144,8 +145,7 @@ impl Map<'_> {
         svg.close();
     }
 
-    /// Returns the labels that find room: those of nodes come first, then those of stations, then
-    /// those of edges.
+    /// Returns the labels that have room. Nodes come first, then stations, then edges.
     fn labels(&self) -> Vec<Label> {
         let (nodes, edges, stations) =
             (self.graph.nodes(), self.graph.edges(), self.graph.stations());
@@ -203,18 +203,20 @@ impl Map<'_> {
     fn place_edge(&self, edge: &Edge, taken: &mut Taken) -> Option<Label> {
         let id = edge.id.to_string();
         let length = approximate_length(&edge.path) * self.scale;
-        // One that is longer than its edge would seem to belong to others.
-        let fits = |label: &Label| 2.0 * label.half_size().x <= length;
         let colour = SPEED_COLOURS[self.speed_class(edge)];
         let texts = [edge.name().unwrap_or(&id), &id];
-        let label =
-            texts.map(|text| Label::new(text, self.font(), colour)).into_iter().find(fits)?;
-        let beside = |fraction| {
+        let labels = texts.map(|text| Label::new(text, self.font(), colour));
+        // A label that is longer than its edge would seem to belong to other edges.
+        let label = labels.into_iter().find(|label| 2.0 * label.half_size().x <= length)?;
+        let mut centres = Vec::new();
+        for fraction in [1.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0] {
             let (position, tangent) = edge.path.at(fraction);
             let right = (tangent * DVec2::new(1.0, -1.0)).perp();
-            [right, -right].map(|side| label.centre_right_of(self.pixel(position), side))
-        };
-        taken.place(label.clone(), [1.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0].into_iter().flat_map(beside))
+            for side in [right, -right] {
+                centres.push(label.centre_right_of(self.pixel(position), side));
+            }
+        }
+        taken.place(label, centres)
     }
 }
 
@@ -255,7 +257,7 @@ mod tests {
             nodes.push(Node { tags: tags(name), role, ..Node::new(index, position, 0.0) });
             let Some(before) = index.checked_sub(1) else { continue };
             let curve = CubicBezier::straight(nodes[before as usize].position, position + 0.01);
-            let edge = Edge::new(index, [NodeIndex(before), NodeIndex(index)], curve, (1.0, None));
+            let edge = Edge::new(index, NodeIndex(before), NodeIndex(index), curve, 1.0);
             edges.push(Edge { tags: tags(name).filter(|_| index % 2 == 0), ..edge });
             if index % 3 == 0 {
                 let (nodes, position) =

@@ -1,12 +1,12 @@
-//! A rectangular layout of streets, and the road network of nodes and edges that it becomes.
+//! A rectangular layout of streets, and its road network of nodes and edges.
 //!
-//! A street has one or two carriageways, on which traffic runs in one direction each. Lengths are
-//! whole millimetres, so that no result depends on rounding.
+//! A street has one or two one-way carriageways. Lengths are whole millimetres, so that no result
+//! depends on rounding.
 
 /// A street from one end of the layout to the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Street {
-    /// The x of a column, the y of a row.
+    /// The x of a column, or the y of a row.
     pub at: i64,
     /// The directions of its carriageways.
     pub directions: Directions,
@@ -54,7 +54,7 @@ pub struct RoadNode {
     pub x: i64,
     pub y: i64,
     pub heading: Heading,
-    /// Whether it is a charger.
+    /// Whether the node is a charger.
     pub is_charger: bool,
 }
 
@@ -98,7 +98,8 @@ impl Heading {
 }
 
 impl Directions {
-    /// Returns the directions of one-way streets by number, so that neighbours differ.
+    /// Returns the direction of a one-way street by its number. Neighbours have opposite
+    /// directions.
     pub fn alternating(number: usize) -> Self {
         if number % 2 == 1 { Self::Ascending } else { Self::Descending }
     }
@@ -113,7 +114,7 @@ impl Directions {
 }
 
 /// The ids of an intersection's nodes by heading: the ends of arriving carriageways and the starts
-/// of leaving ones.
+/// of departing carriageways.
 #[derive(Clone, Copy, Default)]
 struct Intersection {
     entries: [Option<u32>; 4],

@@ -5,8 +5,8 @@ use regatta_base::bezier::CubicBezier;
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
 
-/// The fraction of the distance between handles and chord that the middle of a cubic reaches:
-/// 2 · 3 · ¼ · ½.
+/// The distance of a cubic's middle from the chord, as a fraction of that of its handles: 2 · 3 · ¼
+/// · ½.
 const REACH_OF_HANDLES: f64 = 0.75;
 
 /// A change of an edge.
@@ -16,8 +16,8 @@ pub enum EdgeChange {
     Close,
     /// Its speeds are multiplied by this factor, above 0.
     Speed(f64),
-    /// A second edge with the same nodes and speeds is added. Its middle is this distance in metres to
-    /// the right of the middle of the first.
+    /// A second edge with the same nodes and speeds is added. Its middle is this distance in metres
+    /// to the right of the middle of the first.
     Double(f64),
 }
 

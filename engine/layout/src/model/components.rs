@@ -42,13 +42,14 @@ impl Components {
         Tarjan::new(graph).run()
     }
 
-    /// Returns the largest component, the first of several; 0 if there is none.
+    /// Returns the largest component, or the first of several equally large ones; 0 if there is
+    /// none.
     pub fn largest(&self) -> u32 {
         let largest = self.sizes.iter().copied().max().unwrap_or(0);
         self.sizes.iter().position(|&size| size == largest).unwrap_or(0) as u32
     }
 
-    /// Numbers components in the order of their first nodes, given a representative node of each
+    /// Numbers components in the order of their first nodes. `representatives` has a node of each
     /// node's component.
     fn numbered(representatives: &[u32]) -> Self {
         let mut number = vec![u32::MAX; representatives.len()];
@@ -76,7 +77,7 @@ fn root(parent: &mut [u32], mut node: u32) -> u32 {
     node
 }
 
-/// Tarjan's algorithm with an explicit stack: recursion would overflow the call stack on a long
+/// Tarjan's algorithm with an explicit stack. Recursion would overflow the call stack on a long
 /// chain of nodes.
 struct Tarjan<'g> {
     graph: &'g RouteGraph,
@@ -172,7 +173,8 @@ mod tests {
             (0..nodes).map(|id| Node::new(id, DVec2::new(f64::from(id), 0.0), 0.0)).collect();
         let curve = CubicBezier::straight(DVec2::ZERO, DVec2::X);
         let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| {
-            Edge::new(id, [NodeIndex(from), NodeIndex(to)], curve, (1.0, reverse.then_some(1.0)))
+            let edge = Edge::new(id, NodeIndex(from), NodeIndex(to), curve, 1.0);
+            Edge { reverse_speed: reverse.then_some(1.0), ..edge }
         };
         RouteGraph::from_valid_parts(nodes, (0..).zip(edges).map(edge).collect())
     }

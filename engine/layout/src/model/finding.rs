@@ -1,11 +1,9 @@
-//! Findings: the errors and warnings of a route graph file, each with its place and what to do
-//! about it.
+//! Findings: the errors and warnings of a route graph file, each with its place and its remedy.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// The largest number of findings of one severity that are listed; any further findings are only
-/// counted.
+/// The largest number of listed findings of one severity. Further findings are only counted.
 pub const MAX_LISTED: usize = 10_000;
 
 /// The severity of a finding, displayed as `error` or `warning`.
@@ -49,9 +47,9 @@ pub struct Finding {
     pub file: String,
     /// The line in the file, from 1.
     pub line: u32,
-    /// The part of the file that it is about.
+    /// The part of the file that the finding is about.
     pub subject: Subject,
-    /// The problem and what to do about it.
+    /// The problem and its remedy.
     pub message: String,
 }
 
@@ -222,7 +220,7 @@ impl<'text> Report<'text> {
     }
 }
 
-/// The number of bytes between two checkpoints: a look-up counts the line ends in at most one
+/// The number of bytes between two checkpoints. A look-up counts the line ends in at most one
 /// stride.
 const STRIDE: usize = 512;
 

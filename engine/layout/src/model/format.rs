@@ -1,10 +1,6 @@
 //! The formats of layouts.
 
 use std::fmt;
-use std::str::FromStr;
-
-use regatta_base::name::{self, UnknownName};
-use strum::VariantArray;
 
 /// A format of route graphs.
 ///
@@ -52,15 +48,9 @@ pub enum Format {
     RosMap,
 }
 
+regatta_base::named!(Format, "a format");
+
 impl Format {
-    /// All formats.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
-    /// Returns the name used on the command line.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Whether files of the format are YAML.
     pub(crate) fn is_yaml(self) -> bool {
         matches!(self, Self::Regatta | Self::OpenRmf | Self::OpenRmfBuilding | Self::RosMap)
@@ -70,15 +60,6 @@ impl Format {
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-impl FromStr for Format {
-    type Err = UnknownName;
-
-    /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        name::parse(text, "a format")
     }
 }
 

@@ -1,8 +1,8 @@
 //! NURBS (rational B-spline) curves of degree 1 to 5, and their conversion to cubic Bézier curves.
 //!
 //! Curves of degree 1 to 3 with equal weights are converted exactly. Others are fitted by cubics
-//! that meet with the same tangent, to [`TOLERANCE`] and [`HEADING_TOLERANCE`]; the distance that
-//! was reached is measured and returned.
+//! with continuous tangents, to [`TOLERANCE`] and [`HEADING_TOLERANCE`]. The largest distance is
+//! measured and returned.
 
 mod fit;
 #[cfg(test)]
@@ -16,7 +16,8 @@ use fit::{RationalBezier, fit};
 /// The distance in metres within which curves are fitted.
 pub const TOLERANCE: f64 = 0.0005;
 
-/// The error in radians of the headings of robots on fitted curves, 0.014°; more only at corners.
+/// The largest error in radians of the heading on fitted curves, 0.014°. It is larger only at
+/// corners.
 pub const HEADING_TOLERANCE: f64 = 0.00025;
 
 /// The largest degree.
@@ -34,14 +35,14 @@ pub const MAX_WEIGHT_RATIO: f64 = 1e6;
 /// The extent in metres below which a piece of a curve counts as a point, and is left out.
 const NEGLIGIBLE_EXTENT: f64 = 1e-9;
 
-/// The number of cubics of a curve from which it isn't subdivided further, whatever its error.
+/// A curve of this many cubics isn't subdivided further, whatever its error.
 const MAX_FITTED: usize = 20_000;
 
 /// A NURBS curve in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nurbs {
     degree: usize,
-    /// Not descending; as many as control points + degree + 1.
+    /// In ascending order; as many as control points + degree + 1.
     knots: Vec<f64>,
     /// (x·w, y·w, w), with all weights divided by the largest.
     points: Vec<DVec3>,
@@ -53,7 +54,7 @@ pub enum NurbsError {
     /// The degree is out of range.
     #[error("the degree is {0}: it must be 1 to {MAX_DEGREE}")]
     Degree(usize),
-    /// There are fewer control points than a curve of this degree needs.
+    /// A curve of this degree needs more control points.
     #[error("it has {points} control points: degree {degree} needs at least {}", degree + 1)]
     TooFewPoints {
         /// The number of control points.
@@ -72,7 +73,7 @@ pub enum NurbsError {
         /// The number that is needed.
         expected: usize,
     },
-    /// The number of weights differs from that of control points.
+    /// The numbers of weights and control points differ.
     #[error("it has {found} weights for {points} control points")]
     WeightCount {
         /// The number of weights.
@@ -107,12 +108,12 @@ pub enum NurbsError {
     NoDomain,
 }
 
-/// Cubics end to end that stand for another curve.
+/// Cubics end to end that approximate another curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cubics {
     /// The cubics, at least one.
     pub cubics: Vec<CubicBezier>,
-    /// The greatest measured distance in metres between the curves; 0 if the conversion is exact.
+    /// The largest measured distance between the curves in metres; 0 if the conversion is exact.
     pub error: f64,
 }
 
@@ -121,7 +122,7 @@ impl Nurbs {
     /// each point.
     ///
     /// # Errors
-    /// If there is no such curve, or if it is out of the range that can be converted.
+    /// If the arguments make no curve, or one that can't be converted.
     pub fn new(
         degree: usize,
         knots: Vec<f64>,
@@ -151,13 +152,13 @@ impl Nurbs {
         let [start, end] = self.domain();
         let parameter = parameter.clamp(start, end);
         let after = self.knots.partition_point(|knot| *knot <= parameter);
-        // The last span with an extent, where the parameter is the end of the domain.
+        // At the end of the domain, the span is the last one with an extent.
         let last = self.knots.partition_point(|knot| *knot < end);
         let span = after.min(last).max(self.degree + 1) - 1;
         project(self.blossom(span, &[parameter; MAX_DEGREE][..self.degree]))
     }
 
-    /// Returns cubics along the curve. A knot repeated as often as the degree says is a corner, and
+    /// Returns cubics along the curve. A knot whose multiplicity is the degree is a corner, and
     /// stays one.
     pub fn to_cubics(&self) -> Cubics {
         let mut result = Cubics { cubics: Vec::new(), error: 0.0 };
@@ -169,8 +170,8 @@ impl Nurbs {
         result.finish()
     }
 
-    /// Returns the Bézier curve between two knots, which equals the result of knot insertion: its
-    /// control points are the values of the blossom at the two knots.
+    /// Returns the Bézier curve between two knots. Its control points are the values of the blossom
+    /// at the two knots, which equals knot insertion.
     fn bezier(&self, span: usize) -> RationalBezier {
         let (from, to) = (self.knots[span], self.knots[span + 1]);
         let mut parameters = [from; MAX_DEGREE];
@@ -226,7 +227,7 @@ impl Cubics {
         }
     }
 
-    /// Leaves out pieces without extent, such as those between equal control points, and makes the
+    /// Removes pieces without extent, such as those between equal control points, and makes the
     /// others meet exactly.
     fn finish(mut self) -> Self {
         let first = self.cubics.first().copied();

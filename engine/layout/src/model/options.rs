@@ -4,9 +4,6 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use regatta_base::name::{self, UnknownName};
-use strum::VariantArray;
-
 use super::format::Format;
 use super::spline::Handles;
 
@@ -56,15 +53,9 @@ pub enum LengthUnit {
     Foot,
 }
 
+regatta_base::named!(LengthUnit, "a unit");
+
 impl LengthUnit {
-    /// All units.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
-    /// Returns the symbol used on the command line and in scenarios.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns the metres of one unit.
     pub fn metres(self) -> f64 {
         match self {
@@ -74,15 +65,6 @@ impl LengthUnit {
             Self::Inch => 0.0254,
             Self::Foot => 0.3048,
         }
-    }
-}
-
-impl FromStr for LengthUnit {
-    type Err = UnknownName;
-
-    /// Parses a symbol, ignoring case.
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        name::parse(text, "a unit")
     }
 }
 

@@ -7,7 +7,7 @@ use regatta_base::bezier::{CubicBezier, Side};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     first: CubicBezier,
-    /// The cubics after the first: most edges have none, which then takes no memory of its own.
+    /// The cubics after the first. Most edges have none, which takes no memory.
     others: Box<[CubicBezier]>,
 }
 
@@ -60,8 +60,8 @@ impl Path {
         self.last().tangent(1.0, Side::Before)
     }
 
-    /// Returns the point and the unit tangent at a fraction of the path, in [0, 1]. Each cubic has
-    /// an equal share of the fractions, whatever its length.
+    /// Returns the point and the unit tangent at a fraction of the path, in [0, 1]. Each cubic
+    /// covers an equal share of the fractions, whatever its length.
     pub fn at(&self, fraction: f64) -> (DVec2, DVec2) {
         let scaled = fraction.clamp(0.0, 1.0) * self.cubic_count() as f64;
         let index = (scaled as usize).min(self.others.len());

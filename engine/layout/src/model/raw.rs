@@ -1,12 +1,12 @@
-//! A graph as a file describes it, before it is validated: nodes, edges and stations, their keys,
-//! and the types of their values.
+//! A graph as a file describes it, before validation: nodes, edges and stations, their keys, and
+//! the types of their values.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
+use regatta_base::graph::{Ends, Rotation};
 use regatta_base::name::UnknownName;
 
 use super::finding::{Report, Severity, Subject};
@@ -14,8 +14,8 @@ use super::spline::Handles;
 use super::tags::{Orientation, Role, Tags};
 use super::value::{Value, shorten};
 
-/// The content of a file: fields are `None` where a value is missing or of the wrong type, which
-/// has been reported.
+/// The content of a file. A field is `None` if its value is missing or has the wrong type. Readers
+/// report both.
 #[derive(Debug, Default)]
 pub(crate) struct RawGraph {
     pub nodes: Vec<RawNode>,
@@ -25,7 +25,7 @@ pub(crate) struct RawGraph {
     pub background: Vec<Vec<DVec2>>,
     pub handles: Option<Handles>,
     pub degrees: bool,
-    /// Whether it was made from a layout of another format.
+    /// Whether the graph was made from a layout of another format.
     pub is_imported: bool,
 }
 
@@ -40,7 +40,8 @@ pub(crate) struct RawNode {
     pub theta: Option<f64>,
     /// Whether the file gives `theta`.
     pub has_heading: bool,
-    /// The heading of robots there, if it isn't that of the curve; in the unit of the file.
+    /// The heading of robots at the node, if it differs from that of the curve; in the unit of the
+    /// file.
     pub body_heading: Option<f64>,
     pub role: Role,
     pub tags: Option<Box<Tags>>,
@@ -87,8 +88,7 @@ pub(crate) struct RawEdge {
     pub reverse_speed: Option<f64>,
     /// Angles are in the unit of the file.
     pub orientation: Orientation,
-    /// At the origin and at the destination.
-    pub rotation: [Rotation; 2],
+    pub rotation: Ends<Rotation>,
     pub tags: Option<Box<Tags>>,
 }
 
@@ -146,7 +146,7 @@ pub(crate) enum Field {
     Nodes,
     /// A map of texts.
     Properties,
-    /// A key that is part of the format and kept as a property.
+    /// A key of the format that is kept as a property.
     Kept,
 }
 
@@ -259,7 +259,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         Self { values, report, subject }
     }
 
-    /// Reads the id first, so that the other errors name it.
+    /// Reads the id first, so that other errors can name it.
     fn with_id(
         values: Values<'text>,
         report: &'r mut Report<'file>,
@@ -270,7 +270,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         converter
     }
 
-    /// Reports the keys that are given more than once, and returns the byte offset of the first key.
+    /// Reports the keys that are given more than once. Returns the byte offset of the first key.
     fn start(&mut self) -> u32 {
         for key in std::mem::take(&mut self.values.duplicates) {
             self.error(format!("`{}` is given twice: remove one", shorten(&key)));
@@ -315,10 +315,10 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
                 Some(0.0)
             },
             orientation: self.orientation(),
-            rotation: [
-                self.named(Field::RotationAtOrigin, "RotationAtOrigin"),
-                self.named(Field::RotationAtDestination, "RotationAtDestination"),
-            ],
+            rotation: Ends {
+                origin: self.named(Field::RotationAtOrigin, "RotationAtOrigin"),
+                destination: self.named(Field::RotationAtDestination, "RotationAtDestination"),
+            },
             tags: self.tags().boxed(),
         }
     }
@@ -387,7 +387,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         }
     }
 
-    /// Reads a handle length. Those of straight edges are checked too, so that all errors are
+    /// Reads a handle length. Handles of straight edges are checked too, so that all errors are
     /// reported at once.
     fn handle(&mut self, field: Field, name: &str, is_required: bool) -> Option<f64> {
         if is_required { self.number(field, name) } else { self.optional_number(field, name) }

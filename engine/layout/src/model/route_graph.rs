@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, Rotation};
+use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, NodeIndex, Rotation};
+use regatta_base::rows::Rows;
 
 use super::path::Path;
 use super::tags::{Orientation, Role, Station, Tags};
@@ -17,8 +18,7 @@ pub struct Node {
     pub position: DVec2,
     /// The heading in radians, in (-π, π].
     pub theta: f64,
-    /// Whether the file gives the heading. If it gives none or allows any, `theta` is that of an
-    /// edge.
+    /// Whether the file gives the heading. Otherwise `theta` is the heading of an edge.
     pub has_heading: bool,
     /// The purpose of the node.
     pub role: Role,
@@ -39,13 +39,13 @@ pub struct Edge {
     pub path: Path,
     /// The speed from origin to destination in metres per second; above 0.
     pub speed: f64,
-    /// The speed from destination to origin in reverse gear in metres per second; `None` if that
-    /// isn't allowed.
+    /// The speed from destination to origin in reverse gear in metres per second; `None` if reverse
+    /// gear isn't allowed.
     pub reverse_speed: Option<f64>,
     /// The heading of robots along the edge.
     pub orientation: Orientation,
-    /// The way in which robots turn on the spot at the origin and at the destination.
-    pub rotation: [Rotation; 2],
+    /// The way in which robots turn on the spot at the ends.
+    pub rotation: Ends<Rotation>,
     /// The name and all other keys of the file; `None` if there are none.
     pub tags: Option<Box<Tags>>,
 }
@@ -63,23 +63,24 @@ impl Node {
 }
 
 impl Edge {
-    /// Returns an edge that robots drive along its tangent, without tags. The speeds are in metres
-    /// per second.
+    /// Returns an edge that robots drive forward only, along its tangent, without tags. The speed
+    /// is in metres per second.
     pub fn new(
         id: u32,
-        [origin, destination]: [NodeIndex; 2],
+        origin: NodeIndex,
+        destination: NodeIndex,
         path: impl Into<Path>,
-        speeds: (f64, Option<f64>),
+        speed: f64,
     ) -> Self {
         Self {
             id,
             origin,
             destination,
             path: path.into(),
-            speed: speeds.0,
-            reverse_speed: speeds.1,
+            speed,
+            reverse_speed: None,
             orientation: Orientation::Tangential,
-            rotation: [Rotation::Shorter; 2],
+            rotation: Ends::default(),
             tags: None,
         }
     }
@@ -98,9 +99,8 @@ pub struct RouteGraph {
     edges: Vec<Edge>,
     node_by_id: BTreeMap<u32, NodeIndex>,
     edge_by_id: BTreeMap<u32, EdgeIndex>,
-    /// The legs that leave node `n` are `departures[departures_start[n]..departures_start[n + 1]]`.
-    departures: Vec<Leg>,
-    departures_start: Vec<u32>,
+    /// The legs that leave each node.
+    departures: Rows<Leg>,
     origin: DVec2,
     stations: Vec<Station>,
     background: Vec<Vec<DVec2>>,
@@ -117,14 +117,14 @@ impl RouteGraph {
             (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
         let edge_by_id =
             (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
-        let (departures, departures_start) = departures_by_node(nodes.len(), &edges);
+        let departures = legs(&edges).map(|leg| (leg_start(&edges, leg).0, leg)).collect();
+        let departures = Rows::by_row(nodes.len(), departures);
         Self {
             nodes,
             edges,
             node_by_id,
             edge_by_id,
             departures,
-            departures_start,
             origin: DVec2::ZERO,
             stations: Vec::new(),
             background: Vec::new(),
@@ -151,9 +151,9 @@ impl RouteGraph {
         }
     }
 
-    /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's
-    /// coordinates are too large for exact poses in single precision. A position in the file is
-    /// `origin + position`.
+    /// Returns the point (0, 0) of the graph in the coordinates of the file, in metres. It is (0,
+    /// 0), unless the file's coordinates are too large for exact poses in single precision. A
+    /// position in the file is `origin + position`.
     pub fn origin(&self) -> DVec2 {
         self.origin
     }
@@ -163,8 +163,7 @@ impl RouteGraph {
         &self.stations
     }
 
-    /// Returns lines that the file has besides the graph, such as walls, in metres from
-    /// [`origin`](Self::origin).
+    /// Returns the lines of the background, such as walls, in metres from [`origin`](Self::origin).
     pub fn background(&self) -> &[Vec<DVec2>] {
         &self.background
     }
@@ -202,9 +201,7 @@ impl RouteGraph {
     /// Returns the legs that leave a node, in the order of the edges: forward legs on edges that
     /// start at the node, reverse legs on edges that end there and allow reverse gear.
     pub fn departures(&self, node: NodeIndex) -> &[Leg] {
-        let range = self.departures_start[node.0 as usize] as usize
-            ..self.departures_start[node.0 as usize + 1] as usize;
-        &self.departures[range]
+        self.departures.row(node.0)
     }
 
     /// Returns the node where a leg starts.
@@ -230,27 +227,6 @@ impl RouteGraph {
             Gear::Reverse => edge.reverse_speed,
         }
     }
-}
-
-/// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of
-/// each node's legs.
-fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
-    let mut start = vec![0u32; nodes + 1];
-    for leg in legs(edges) {
-        start[leg_start(edges, leg).0 as usize + 1] += 1;
-    }
-    for node in 0..nodes {
-        start[node + 1] += start[node];
-    }
-    let placeholder = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
-    let mut departures = vec![placeholder; start[nodes] as usize];
-    let mut next = start.clone();
-    for leg in legs(edges) {
-        let slot = &mut next[leg_start(edges, leg).0 as usize];
-        departures[*slot as usize] = leg;
-        *slot += 1;
-    }
-    (departures, start)
 }
 
 /// Returns all legs, in the order of the edges.

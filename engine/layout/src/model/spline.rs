@@ -1,10 +1,6 @@
 //! Constructs the curve of an edge from its nodes and handle lengths (equations 3.1 to 3.7).
 
-use std::str::FromStr;
-
 use regatta_base::bezier::CubicBezier;
-use regatta_base::name::{self, UnknownName};
-use strum::VariantArray;
 
 use super::angle::unit;
 use super::route_graph::Node;
@@ -32,9 +28,6 @@ pub struct HandleLengths {
 }
 
 impl Handles {
-    /// Both conventions.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
     /// Returns the other convention.
     #[must_use]
     pub fn other(self) -> Self {
@@ -43,21 +36,9 @@ impl Handles {
             Self::FAtOrigin => Self::BAtOrigin,
         }
     }
-
-    /// Returns the name used in files and on the command line.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
 }
 
-impl FromStr for Handles {
-    type Err = UnknownName;
-
-    /// Parses `b_at_origin` or `f_at_origin`, ignoring case.
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        name::parse(text, "a handle convention")
-    }
-}
+regatta_base::named!(Handles, "a handle convention");
 
 /// Returns the `Spline` curve between two nodes, which leaves the origin and reaches the
 /// destination along their headings (equations 3.2 to 3.5).

@@ -2,20 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::str::FromStr;
 
 use glam::DVec2;
 use regatta_base::graph::NodeIndex;
-use regatta_base::name::{self, UnknownName};
-use strum::VariantArray;
 
 use super::angle::normalize_angle;
 
-/// Names, places and free properties of a node or an edge. Most graphs have none, so they are kept
-/// aside.
+/// Names, places and free properties of a node or an edge. They are boxed, as most graphs have
+/// none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tags {
-    /// The name: the file's own id if that isn't a number, or a separate name.
+    /// The name: the id in the file if that isn't a number, or a separate name.
     pub name: Option<Box<str>>,
     /// The level (floor) of a building.
     pub level: Option<Box<str>>,
@@ -61,7 +58,7 @@ impl Tags {
 #[strum(serialize_all = "lowercase")]
 #[repr(u8)]
 pub enum Role {
-    /// Nothing in particular.
+    /// No special purpose.
     #[default]
     None = 0,
     /// Pick a load up.
@@ -74,24 +71,7 @@ pub enum Role {
     Charge = 4,
 }
 
-impl Role {
-    /// All roles, by number.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
-    /// Returns the name used in files.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
-impl FromStr for Role {
-    type Err = UnknownName;
-
-    /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        name::parse(text, "a role")
-    }
-}
+regatta_base::named!(Role, "a role");
 
 /// The heading of a robot along an edge. It is the same in both gears.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -99,8 +79,8 @@ pub enum Orientation {
     /// Along the tangent of the edge, from origin to destination.
     #[default]
     Tangential,
-    /// At this angle to the tangent, in radians in (-π, π]. π is tail first; other angles need a
-    /// robot that can drive sideways.
+    /// This angle to the tangent, in radians in (-π, π]. π is tail first. Other angles need a robot
+    /// that can drive sideways.
     Offset(f64),
     /// This heading on the map, in radians in (-π, π].
     Fixed(f64),
@@ -127,7 +107,7 @@ impl Orientation {
         }
     }
 
-    /// Returns the orientation with its angle, if it has one, changed by a function.
+    /// Applies a function to the angle of the orientation, if it has one.
     #[must_use]
     pub(crate) fn map(self, change: impl FnOnce(f64) -> f64) -> Self {
         match self {
@@ -146,7 +126,7 @@ impl Orientation {
     }
 }
 
-/// A place that robots serve from nodes beside it.
+/// A place that robots serve from adjacent nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Station {
     /// The name, unique among stations.

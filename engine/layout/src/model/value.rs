@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use regatta_base::yaml::Content;
 
-/// A value, as far as a route graph file can use it.
+/// A value that a route graph file can use.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value<'text> {
     Number(f64),
@@ -21,7 +21,7 @@ impl<'text> From<Content<'text>> for Value<'text> {
             Content::Null => Self::Null,
             Content::Bool(true) => Self::Other("`true`"),
             Content::Bool(false) => Self::Other("`false`"),
-            // Rounds above 2⁵³, which is far outside every valid range.
+            // Integers above 2⁵³ are rounded; they are far outside of every valid range.
             Content::Integer(number) => Self::Number(number as f64),
             Content::Float(number) => Self::Number(number),
             Content::Text(text) => Self::Text(text),
@@ -63,7 +63,7 @@ impl Value<'_> {
         }
     }
 
-    /// Returns the number, also if it is written as text.
+    /// Returns the number, even if it is written as text.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),

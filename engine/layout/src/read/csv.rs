@@ -23,7 +23,7 @@ use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 /// The largest number of columns of a table.
 const MAX_COLUMNS: usize = 200;
 
-/// The words by which a file of nodes and one of edges are told, by the file's name.
+/// The words that identify a file of nodes or of edges by its name.
 const NODE_WORDS: [&str; 3] = ["nodes", "vertices", "points"];
 const EDGE_WORDS: [&str; 4] = ["edges", "lanes", "paths", "links"];
 
@@ -59,11 +59,11 @@ struct Reader<'r, 'text> {
     ignored: Ignored,
     /// The name of the second file while it is read.
     other: Option<String>,
-    /// The metres of a unit of columns that give none.
+    /// The metres of one unit, for columns without a unit.
     scale: f64,
     nodes: Vec<LayoutNode>,
     edges: Vec<EdgeRow>,
-    /// The first error in a row, and the number of all.
+    /// The first error in a row, and the number of all errors.
     first_error: Option<(SyntaxError, usize)>,
 }
 
@@ -132,7 +132,8 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Returns whether a table is missing, and not only wrong, which has been reported.
+    /// Whether a table is missing. A table with errors doesn't count as missing: its errors are
+    /// reported.
     fn is_incomplete(&self) -> bool {
         (self.nodes.is_empty() || self.edges.is_empty()) && self.first_error.is_none()
     }
@@ -162,7 +163,8 @@ impl Reader<'_, '_> {
         let file = sibling_files(source, words, others).into_iter().find(|file| file.is_file());
         let Some(file) = file else {
             let message = format!(
-                "there is no table of {missing}: add it below an empty line, or name the two files like `map-nodes.csv` and `map-edges.csv` in one folder"
+                "there is no table of {missing}: add it below an empty line, or name the two \
+                 files like `map-nodes.csv` and `map-edges.csv` in one folder"
             );
             return Err(self.syntax(1, &message));
         };
@@ -208,7 +210,7 @@ impl Reader<'_, '_> {
                 self.syntax(1, &format!("the table of {missing} has no rows that can be used"))
             );
         }
-        // Curves are few in most tables.
+        // Most tables have few curves.
         let has_curves = self.edges.iter().any(|row| !row.control_points.is_empty());
         let located = if has_curves { self.nodes.as_slice() } else { &[] };
         let positions: BTreeMap<_, _> =
@@ -258,7 +260,7 @@ fn separator(text: &str) -> u8 {
         .lines()
         .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
         .unwrap_or_default();
-    // The last of several is chosen.
+    // If several are equally frequent, the last one is chosen.
     [b'\t', b';', b',']
         .into_iter()
         .max_by_key(|separator| first.bytes().filter(|byte| byte == separator).count())
@@ -274,7 +276,7 @@ pub(crate) fn sibling(path: &Path) -> Option<PathBuf> {
     edges.into_iter().chain(nodes).find(|file| file.is_file() && file != path)
 }
 
-/// Returns the paths where the other table may be: the file's own name with another word.
+/// Returns the possible paths of the other table: the file's own name with another word.
 fn sibling_files(source: Source<'_>, words: &[&str], others: &[&str]) -> Vec<PathBuf> {
     let lowercase = source.stem.to_ascii_lowercase();
     let found = words.iter().find_map(|word| Some((lowercase.find(word)?, word.len())));
@@ -296,13 +298,13 @@ fn sibling_files(source: Source<'_>, words: &[&str], others: &[&str]) -> Vec<Pat
     files
 }
 
-/// Whether a row can be a header: one names at least the two ends of an edge, or x and y.
+/// Whether a row can be a header. A header names at least the two ends of an edge, or x and y.
 fn may_be_header(cells: &StringRecord) -> bool {
     cells.iter().filter(|cell| cell.contains(char::is_alphabetic)).nth(1).is_some()
 }
 
-/// Returns ids for edges in the opposite direction: the numbers after the largest, or `None` if ids
-/// aren't numbers.
+/// Returns the first free id for edges in the opposite direction: the number after the largest, or
+/// `None` if ids aren't numbers.
 fn free_ids(rows: &[EdgeRow]) -> Option<u32> {
     let mut largest = 0;
     for row in rows {
@@ -339,7 +341,7 @@ fn edges(
     std::iter::once(edge).chain(back)
 }
 
-/// Returns the curve with two inner control points, or with the one of a quadratic curve.
+/// Returns the cubic curve with two inner control points, or the quadratic curve with one.
 fn cubic(from: DVec2, control_points: &[DVec2], to: DVec2) -> Option<CubicBezier> {
     match *control_points {
         [a] => Some(CubicBezier {

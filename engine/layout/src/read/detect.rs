@@ -6,7 +6,7 @@ use crate::model::format::Format;
 const HEAD: usize = 64 << 10;
 
 impl Format {
-    /// Returns the format of a text by its content; [`Format::Regatta`] if it looks like no other.
+    /// Returns the format of a text by its content; [`Format::Regatta`] if no other format matches.
     pub fn detect(text: &str) -> Self {
         let head = &text[..text.floor_char_boundary(HEAD)];
         let start = head.trim_start();
@@ -31,7 +31,7 @@ impl Format {
 
 /// Our own format may be written as JSON too.
 fn json(text: &str) -> Format {
-    // The order of the keys of a JSON object is arbitrary, so that the words may come late.
+    // The order of the keys of a JSON object is arbitrary, so the words may come late.
     if text.contains("\"FeatureCollection\"") {
         Format::Nav2
     } else if text.contains("\"layouts\"") || text.contains("\"metaInformation\"") {
@@ -50,7 +50,7 @@ fn is_moving_ai(start: &str) -> bool {
 /// A DXF file consists of pairs of lines: a group code and a value. It starts with a section or a
 /// comment.
 fn is_dxf(start: &str) -> bool {
-    // Those in binary too, of which the reader says what to do.
+    // Binary drawings count too: the reader reports how to convert them.
     if start.starts_with("AutoCAD Binary DXF") {
         return true;
     }

@@ -30,7 +30,7 @@ const MAX_NEAR_MISSES: usize = 100;
 /// The layer of construction points, which isn't plotted.
 const DEFPOINTS: &str = "DEFPOINTS";
 
-/// The metres of the units that $INSUNITS numbers from 1 on.
+/// The lengths in metres of the units that $INSUNITS numbers, from 1.
 const UNITS: [f64; 16] = [
     0.0254, 0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3, 25.4e-9, 25.4e-6, 0.9144, 1e-10, 1e-9, 1e-6,
     0.1, 10.0, 100.0,
@@ -67,7 +67,8 @@ fn shorten(text: &str) -> String {
     text.trim().chars().take(40).collect::<String>().escape_debug().to_string()
 }
 
-/// The crate reads on after an error as if a section had ended.
+/// Reports entities that are lost: after an error, the crate `dxf` continues as if a section had
+/// ended.
 fn reject_lost(scan: &Scan, drawing: &Drawing, report: &mut Report<'_>) {
     let read = drawing.entities().count();
     let blocks: Vec<usize> = drawing.blocks().map(|block| block.entities.len()).collect();
@@ -89,7 +90,8 @@ fn unit(options: &ReadOptions, scan: &Scan, report: &mut Report<'_>) -> f64 {
     }
     let index = scan.units.and_then(|units| usize::try_from(units).ok()?.checked_sub(1));
     index.and_then(|index| UNITS.get(index).copied()).unwrap_or_else(|| {
-        let message = "the drawing doesn't say its unit of length: metres are assumed; `--units mm` says another";
+        let message = "the drawing doesn't give its unit of length: metres are assumed; give \
+                       another with `--units`, such as `--units mm`";
         report.file_warning(0, message);
         1.0
     })
@@ -116,7 +118,7 @@ fn curves(
     expander.curves
 }
 
-/// The layers that are edges. Names are in upper case: they are the same in any case.
+/// The layers whose lines become edges. Names are in upper case, as they are case-insensitive.
 struct Layers {
     edges: BTreeSet<String>,
     background: BTreeSet<String>,
@@ -214,7 +216,7 @@ fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Igno
     }
 }
 
-/// Makes two edges of each line: a drawing has no direction.
+/// Makes two edges of each line, as lines of a drawing have no direction.
 fn layout(network: Network, background: &[Curve]) -> Layout {
     let nodes = (1..).zip(&network.nodes).map(|(id, &(position, at)): (usize, _)| LayoutNode {
         at,
@@ -248,7 +250,7 @@ fn edge(id: usize, link: Link) -> LayoutEdge {
         shape: if join::is_straight(&cubics) { Shape::Straight } else { Shape::Cubics(cubics) },
         ..LayoutEdge::default()
     };
-    // Layer 0 is where lines are that nobody put on a layer.
+    // Layer 0 is the default layer.
     if layer != "0" {
         edge.tags.set("layer", &layer);
     }

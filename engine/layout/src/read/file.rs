@@ -1,4 +1,4 @@
-//! The text of a file that is read: what readers share, and the errors of reading.
+//! The text of a file, the code that readers share, and the errors of reading.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -15,13 +15,14 @@ use crate::model::value::shorten;
 pub const MAX_FILE_BYTES: u64 = 256 << 20;
 
 /// The largest number of bytes of a name that many nodes and edges share, or that is part of their
-/// ids: of a level, a block, a column. A small file with a longer one could take all memory.
+/// ids, such as the name of a level, a block or a column. Without a limit, a small file could take
+/// all memory.
 pub(crate) const MAX_NAME: usize = 100;
 
-/// The largest number of kinds that are told apart.
+/// The largest number of kinds that are counted separately.
 const MAX_IGNORED_KINDS: usize = 100;
 
-/// The text of a file, with what a reader needs to find others that it names.
+/// The text of a file, with the folder and the name for finding related files.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'text> {
     pub text: &'text str,
@@ -37,7 +38,7 @@ pub(crate) fn offset_of(text: &str, part: &str) -> Option<usize> {
     (offset < text.len()).then_some(offset)
 }
 
-/// The error of reading a text that isn't of its format at all.
+/// The error of reading a text that isn't of the expected format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SyntaxError {
     /// The line, from 1.
@@ -63,8 +64,8 @@ impl From<yaml::Error> for SyntaxError {
     }
 }
 
-/// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has
-/// all details.
+/// The error of reading a route graph. It is displayed as one line. [`GraphError::findings`]
+/// returns all details.
 #[derive(Debug, thiserror::Error)]
 pub enum GraphError {
     /// The file can't be opened or read.
@@ -81,7 +82,7 @@ pub enum GraphError {
         /// The folder.
         file: PathBuf,
     },
-    /// The file has more than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
+    /// The file has more than [`MAX_FILE_BYTES`], or too many lists and maps.
     #[error(
         "{file}: too large: at most {limit} can be read; split the graph or remove what isn't \
          needed"
@@ -92,7 +93,7 @@ pub enum GraphError {
         /// The exceeded limit.
         limit: String,
     },
-    /// The file has nothing but white space and comments.
+    /// The file has only white space and comments.
     #[error("{file}: the file is empty: a route graph has Edges and Vertices")]
     Empty {
         /// The file's name.
@@ -105,7 +106,7 @@ pub enum GraphError {
         file: String,
         /// The line of the first invalid byte, from 1.
         line: usize,
-        /// The findings.
+        /// The reason.
         reason: &'static str,
     },
     /// The text isn't YAML, or not the YAML of a route graph.
@@ -152,7 +153,7 @@ fn summary(findings: &Findings) -> String {
 pub struct BackgroundError {
     /// The file.
     pub file: String,
-    /// The problem and what to do about it.
+    /// The problem and its remedy.
     pub message: String,
 }
 
@@ -177,7 +178,7 @@ pub fn read_file(path: &Path) -> Result<String, GraphError> {
 /// As [`read_file`].
 pub fn read_stream(stream: impl Read, name: &str) -> Result<String, GraphError> {
     let mut bytes = Vec::new();
-    // Limited here too: a pipe has no length, and a file may grow.
+    // The limit is checked here too, because a pipe has no length and a file may grow.
     let read = stream.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|source| GraphError::Unreadable { file: name.into(), source })?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
@@ -191,10 +192,10 @@ pub(crate) fn too_large(name: &str) -> GraphError {
     GraphError::TooLarge { file: name.to_owned(), limit: format!("{} MiB", MAX_FILE_BYTES >> 20) }
 }
 
-/// Kinds of things that a reader doesn't understand.
+/// The kinds of content that a reader ignores.
 #[derive(Debug, Default)]
 pub(crate) struct Ignored {
-    /// The byte offset of the first, and the number of all.
+    /// The byte offset of the first thing of a kind, and their number.
     kinds: BTreeMap<String, (u32, usize)>,
 }
 

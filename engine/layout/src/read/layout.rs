@@ -1,5 +1,5 @@
-//! A layout as a file of another system describes it, with that file's ids: what every reader in
-//! `format` makes.
+//! A layout as a file of another system describes it, with that file's ids. Every reader of another
+//! format makes one.
 //!
 //! [`Layout::into_raw`] gives nodes and edges numbers, so that they pass the same validation as our
 //! own files.
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
+use regatta_base::graph::{Ends, Rotation};
 
 use crate::model::finding::Report;
 use crate::model::path::Path;
@@ -16,8 +16,8 @@ use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 
-/// Everything that a reader understands of a file. Numbers need not be in range, nor ids unique or
-/// known.
+/// The content of a file that a reader understands. Numbers may be out of range, and ids may be
+/// repeated or unknown.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
     pub nodes: Vec<LayoutNode>,
@@ -36,7 +36,7 @@ pub(crate) struct LayoutNode {
     pub id: String,
     /// Metres; x to the east, y to the north.
     pub position: DVec2,
-    /// Radians; `None` if the file doesn't say, or allows any.
+    /// Radians; `None` if the file gives no heading, or allows any.
     pub heading: Option<f64>,
     pub role: Role,
     pub tags: Tags,
@@ -53,12 +53,12 @@ pub(crate) struct LayoutEdge {
     pub origin: String,
     pub destination: String,
     pub shape: Shape,
-    /// Metres per second from origin to destination; `None` if the file doesn't say.
+    /// Metres per second from origin to destination; `None` if the file gives no speed.
     pub speed: Option<f64>,
     /// Metres per second in reverse gear from destination to origin; `None` if that isn't allowed.
     pub reverse_speed: Option<f64>,
     pub orientation: Orientation,
-    pub rotation: [Rotation; 2],
+    pub rotation: Ends<Rotation>,
     pub tags: Tags,
 }
 
@@ -72,7 +72,7 @@ pub(crate) enum Shape {
     Cubics(Vec<CubicBezier>),
 }
 
-/// A place where robots do something.
+/// A place where robots pick, drop, charge or park.
 #[derive(Debug, Default)]
 pub(crate) struct LayoutStation {
     /// The byte offset in the file, for messages.
@@ -87,15 +87,15 @@ pub(crate) struct LayoutStation {
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }
 
-/// The speed in metres per second on edges for which a file gives none.
+/// The speed in metres per second of edges without a speed in the file.
 pub(crate) const DEFAULT_SPEED: f64 = 1.0;
 
 impl Layout {
-    /// Numbers nodes and edges: by their ids if all of these are numbers, else from 1 in the order
-    /// of the file, and the ids become names.
+    /// Numbers nodes and edges. If all ids are numbers, they are kept. Otherwise nodes and edges
+    /// are numbered from 1 in the order of the file, and the ids become names.
     pub fn into_raw(self, report: &mut Report<'_>) -> RawGraph {
-        // Elements with errors are left out, so that references to them lead nowhere: that was said
-        // already.
+        // Elements with errors are left out and have been reported, so references to them aren't
+        // reported again.
         let is_complete = !report.has_errors();
         let node_ids = Numbering::new(
             self.nodes.iter().map(|node| (node.at, node.id.as_str())),
@@ -142,7 +142,7 @@ impl Layout {
 
     /// Returns the nodes at the ends of each edge and those of each station, by index; `None` for
     /// those that don't exist.
-    fn resolve(&self, numbering: &Numbering) -> (Vec<Ends>, Vec<Vec<Option<usize>>>) {
+    fn resolve(&self, numbering: &Numbering) -> (Vec<EndIndices>, Vec<Vec<Option<usize>>>) {
         let index = Index::new(&self.nodes, numbering);
         let ends = self
             .edges
@@ -155,9 +155,9 @@ impl Layout {
         (ends.collect(), stations.collect())
     }
 
-    /// Returns the headings of all nodes. On those for which the file gives none, robots stand as
-    /// on the first edge that leaves the node, else as on the first that ends there.
-    fn headings(&self, ends: &[Ends]) -> Vec<f64> {
+    /// Returns the headings of all nodes. A node without a heading in the file gets that of the
+    /// first edge that starts there, or else of the first edge that ends there.
+    fn headings(&self, ends: &[EndIndices]) -> Vec<f64> {
         let mut headings: Vec<Option<f64>> = self.nodes.iter().map(|node| node.heading).collect();
         for which in [0, 1] {
             for (edge, ends) in self.edges.iter().zip(ends) {
@@ -177,7 +177,7 @@ impl Layout {
 }
 
 /// The indices of the nodes at an edge's origin and destination; `None` if they don't exist.
-type Ends = [Option<usize>; 2];
+type EndIndices = [Option<usize>; 2];
 
 impl Shape {
     /// Returns the shape in the opposite direction.
@@ -239,7 +239,7 @@ impl Numbering {
     }
 }
 
-/// Returns the number that an id is.
+/// Returns an id as a number.
 fn number(id: &str) -> Option<u32> {
     let is_canonical = id == "0" || !id.starts_with(['0', '+']);
     if is_canonical { id.parse().ok() } else { None }
@@ -283,12 +283,12 @@ impl<'id> Index<'id> {
 #[derive(Clone, Copy)]
 struct Number {
     number: u32,
-    /// Whether the file has this number as its id; otherwise the id becomes the name.
+    /// Whether the number is the id in the file. Otherwise the id becomes the name.
     is_id: bool,
 }
 
-/// Returns tags that have the file's id as their name, if that isn't the number. A name besides the
-/// id becomes a property.
+/// Returns tags with the file's id as their name, unless the id is the number. Another name becomes
+/// a property.
 fn tags_with_id(mut tags: Tags, id: &str, number: Number) -> Option<Box<Tags>> {
     if !number.is_id
         && let Some(name) = tags.name.replace(id.into()).filter(|name| **name != *id)
@@ -312,7 +312,7 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
     }
 }
 
-fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
+fn report_unknown_ends(edge: &LayoutEdge, ends: EndIndices, report: &mut Report<'_>) {
     for (index, (id, which)) in
         ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")])
     {
@@ -326,7 +326,7 @@ fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
     }
 }
 
-fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering) -> RawEdge {
+fn raw_edge(edge: LayoutEdge, number: Number, ends: EndIndices, nodes: &Numbering) -> RawEdge {
     let [origin, destination] = ends.map(|index| index.map(|index| nodes.number(index).number));
     RawEdge {
         at: edge.at,

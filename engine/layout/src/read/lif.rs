@@ -1,8 +1,7 @@
 //! Layouts in the VDMA's Layout Interchange Format (LIF) 1.0: JSON.
 //!
-//! Real files break their own specification: numbers are texts, keys are missing, curves don't
-//! start at their nodes. They are read all the same where there is a sensible reading, with a
-//! warning.
+//! Real files violate the specification: numbers are texts, keys are missing, curves don't start at
+//! their nodes. Where the meaning is clear, they are read with a warning.
 
 mod edge;
 mod ids;
@@ -10,7 +9,6 @@ pub(crate) mod node;
 mod object;
 #[cfg(test)]
 mod tests;
-mod trajectory;
 mod vehicle;
 
 use std::collections::BTreeMap;
@@ -43,7 +41,7 @@ struct Sheet<'text> {
     nodes: Vec<Raw<'text>>,
     edges: Vec<Raw<'text>>,
     stations: Vec<Raw<'text>>,
-    /// Whether it is on the level to read.
+    /// Whether the layout is on the level to read.
     is_read: bool,
     /// The level of its nodes and edges.
     level: Option<Box<str>>,
@@ -99,7 +97,7 @@ pub struct Header<'a> {
 }
 
 impl Default for Header<'_> {
-    /// Files of the same graph are the same, whenever they are written.
+    /// The time is constant, so that a graph always gives the same file.
     fn default() -> Self {
         Self { project: "Regatta", creator: "Regatta", timestamp: "1970-01-01T00:00:00.00Z" }
     }
@@ -147,7 +145,7 @@ impl<'text> Sheet<'text> {
         Some(Self { at, names, nodes, edges, stations, is_read: true, level })
     }
 
-    /// Returns the name that tells it best from others.
+    /// Returns the name that identifies the layout best.
     fn name(&self) -> Option<&str> {
         let [id, name, level] = &self.names;
         level.as_deref().or(name.as_deref()).or(id.as_deref())
@@ -230,8 +228,7 @@ fn read_sheets<'text>(
     layout
 }
 
-/// Robots that do something at the end of an edge do it at the node there, unless that has a role
-/// of its own.
+/// Moves the roles of edges to the nodes at their ends, unless these have roles of their own.
 fn set_roles(layout: &mut Layout, mut roles: Vec<(String, Role)>) {
     roles.retain(|(_, role)| *role != Role::None);
     if roles.is_empty() {
@@ -247,7 +244,7 @@ fn set_roles(layout: &mut Layout, mut roles: Vec<(String, Role)>) {
 }
 
 impl Reader<'_, '_, '_> {
-    /// Reports what was noted on the way.
+    /// Reports all notes.
     fn finish(mut self, sheets: &[Sheet<'_>]) {
         for (ids, kind) in
             [(&self.node_ids, "node"), (&self.edge_ids, "edge"), (&self.station_ids, "station")]

@@ -1,8 +1,8 @@
 //! Grid maps and scenarios of the MovingAI benchmarks.
 //!
 //! The centre of each free cell becomes a node, and an edge leads to each free cell beside, above
-//! and below it. The id of a node is `row × width + column`, counted from the top left corner as
-//! the benchmarks count; the bottom left corner of the map is at (0, 0).
+//! and below it. The id of a node is `row × width + column`, counted from the top left corner as in
+//! the benchmarks. The bottom left corner of the map is at (0, 0).
 
 mod scen;
 #[cfg(test)]
@@ -23,11 +23,11 @@ const MAX_SIDE: usize = 1 << 16;
 /// The largest number of free cells: each takes about 3 kB while the map is read.
 const MAX_FREE: usize = 1_100_000;
 
-/// The side of a cell in millimetres, if the caller doesn't say.
+/// The side of a cell in millimetres, unless the options give one.
 const DEFAULT_CELL: Millimetres = Millimetres(1000);
 
-/// The steps to the cells around a cell, in columns and rows, and the heading of a robot that
-/// drives there.
+/// The steps to the neighbours of a cell, in columns and rows, each with the heading of a robot
+/// that drives there.
 const STEPS: [([isize; 2], f64); 4] = {
     use std::f64::consts::{FRAC_PI_2, PI};
     [([1, 0], 0.0), ([0, -1], FRAC_PI_2), ([-1, 0], PI), ([0, 1], -FRAC_PI_2)]
@@ -119,8 +119,8 @@ struct Grid {
     height: usize,
     /// `row × width + column` of each free cell, ascending, with its byte offset.
     free: Vec<(usize, u32)>,
-    /// Whether a cell is free, row by row. The cells that the text lacks are absent: they may be
-    /// many.
+    /// Whether a cell is free, row by row. Cells that are missing in the text are absent, as there
+    /// may be many.
     is_free: Vec<bool>,
     /// By row: the index of its first cell in `is_free`.
     starts: Vec<usize>,
@@ -159,7 +159,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Reads a row that starts at a byte offset. Cells that it lacks are blocked.
+    /// Reads a row that starts at a byte offset. Missing cells are blocked.
     fn read_row(&mut self, row: &str, at: usize, ignored: &mut Ignored) {
         let (start, first) = (self.is_free.len(), self.starts.len() * self.width);
         for (column, (offset, cell)) in row.char_indices().take(self.width).enumerate() {
@@ -208,37 +208,43 @@ fn is_free(cell: char, at: usize, ignored: &mut Ignored) -> bool {
 }
 
 fn nodes(grid: &Grid, cell_size: f64) -> Vec<LayoutNode> {
-    let node = |&(cell, at): &(usize, u32)| {
+    let mut nodes = Vec::with_capacity(grid.free.len());
+    for &(cell, at) in &grid.free {
         let (column, row) = (cell % grid.width, grid.height - 1 - cell / grid.width);
         let heading = STEPS
             .iter()
             .find(|(step, _)| grid.neighbour(cell, *step).is_some())
             .map_or(0.0, |step| step.1);
-        LayoutNode {
+        nodes.push(LayoutNode {
             at,
             id: cell.to_string(),
             position: DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_size,
             heading: Some(heading),
             ..LayoutNode::default()
-        }
-    };
-    grid.free.iter().map(node).collect()
+        });
+    }
+    nodes
 }
 
 /// Returns the edges from each free cell, with ids from 1.
 fn edges(grid: &Grid) -> Vec<LayoutEdge> {
-    let steps = |&(cell, at): &(usize, u32)| {
-        STEPS.iter().filter_map(move |(step, _)| Some((cell, grid.neighbour(cell, *step)?, at)))
-    };
-    let mut edges = Vec::with_capacity(grid.free.iter().flat_map(steps).count());
-    edges.extend((1u32..).zip(grid.free.iter().flat_map(steps)).map(|(id, (from, to, at))| {
-        LayoutEdge {
+    // The exact capacity: the edges of the largest maps take much memory.
+    let mut edges = Vec::with_capacity(neighbours(grid).count());
+    for (id, (from, to, at)) in (1u32..).zip(neighbours(grid)) {
+        edges.push(LayoutEdge {
             at,
             id: id.to_string(),
             origin: from.to_string(),
             destination: to.to_string(),
             ..LayoutEdge::default()
-        }
-    }));
+        });
+    }
     edges
+}
+
+/// Returns each free cell with each of its free neighbours, and the byte offset of the first.
+fn neighbours(grid: &Grid) -> impl Iterator<Item = (usize, usize, u32)> {
+    grid.free.iter().flat_map(move |&(cell, at)| {
+        STEPS.iter().filter_map(move |(step, _)| Some((cell, grid.neighbour(cell, *step)?, at)))
+    })
 }

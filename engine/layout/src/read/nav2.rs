@@ -1,7 +1,7 @@
 //! Graphs of Nav2's Route Server: GeoJSON. Points are nodes, line strings are directed edges.
 //!
 //! The Route Server takes an edge's ends from `startid` and `endid`, and drives straight from one
-//! to the other; it doesn't look at the geometry of lines. Here, a line with inner points is a
+//! to the other. It ignores the geometry of lines. This reader reads a line with inner points as a
 //! polyline.
 
 mod feature;
@@ -23,10 +23,10 @@ use crate::read::file::{Ignored, Source, SyntaxError, offset_of};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 use feature::{Feature, Geometry};
 
-/// The key of edges that are another edge in reverse gear, as our writer marks them.
+/// The key by which our writer marks an edge that is another edge in reverse gear.
 pub(crate) const REVERSE_OF: &str = "reverse_of";
 
-/// The distance in metres up to which the end of a line counts as at its node.
+/// The largest distance in metres of a line's end from its node.
 const MAX_GAP: f64 = 0.01;
 
 /// Reads a Route Server graph.
@@ -59,7 +59,7 @@ pub(crate) fn read<'text>(
     Ok(layout)
 }
 
-/// Drops what is on other levels than the wanted one, by the level that our writer gives.
+/// Drops nodes and edges on other levels than the wanted one. Our writer gives the level.
 fn keep_level(layout: &mut Layout, options: &ReadOptions, report: &mut Report<'_>) {
     let Some(wanted) = &options.level else { return };
     layout.nodes.retain(|node| node.tags.level.as_deref() == Some(wanted.as_str()));
@@ -117,7 +117,7 @@ impl<'text> Reader<'_, 'text> {
     fn check_root(&mut self, root: &BTreeMap<String, &'text RawValue>) {
         const KNOWN: [&str; 3] = ["type", "crs", "features"];
         for (key, value) in root.iter().filter(|(key, _)| !KNOWN.contains(&key.as_str())) {
-            // Our writer gives all files this name.
+            // Our writer gives this name to all files.
             if key != "name" || value.get() != "\"graph\"" {
                 self.ignored.add_key(self.offset(value), key, "the file");
             }
@@ -204,7 +204,8 @@ impl<'text> Reader<'_, 'text> {
         edges
     }
 
-    /// Returns an edge, and the id of the edge of which it is the reverse gear.
+    /// Returns an edge. If it is the reverse gear of another edge, also returns the id of that
+    /// edge.
     fn edge(
         &mut self,
         feature: &Feature,
@@ -252,7 +253,7 @@ impl<'text> Reader<'_, 'text> {
         let mut inner = inner.to_vec();
         let gap = first.distance(from).max(last.distance(to));
         if gap > MAX_GAP {
-            // Drawn from its end to its start: nodes decide.
+            // The line is drawn from its end to its start: the nodes give the direction.
             if first.distance(to).max(last.distance(from)) <= MAX_GAP {
                 self.counts.flipped.add(at, id);
                 inner.reverse();
@@ -296,7 +297,7 @@ impl<'text> Reader<'_, 'text> {
              say",
             report,
         );
-        counts.flipped.report("its line is drawn from its end to its start: turned round", report);
+        counts.flipped.report("its line is drawn from its end to its start: reversed", report);
         counts.loops.report("it starts and ends at the same node: not used", report);
         counts.repeated.report("its id is missing or given twice: it gets another one", report);
         if counts.frames.len() > 1 {
@@ -310,8 +311,8 @@ impl<'text> Reader<'_, 'text> {
     }
 }
 
-/// Makes edges that are marked as the reverse gear of another one its second speed. Others stay
-/// edges of their own.
+/// Merges edges that are marked as the reverse gear of another edge into that edge. Others stay
+/// separate edges.
 fn merge_reverse(reverse: Vec<(String, LayoutEdge)>, edges: &mut Vec<LayoutEdge>) {
     let by_id: BTreeMap<String, usize> =
         edges.iter().enumerate().map(|(at, edge)| (edge.id.clone(), at)).collect();

@@ -1,11 +1,10 @@
-//! Navigation graphs of Open-RMF, and in [`building`] the maps of its traffic editor that they are
-//! made of: YAML.
+//! Navigation graphs of Open-RMF: YAML. The module [`building`] reads the maps of its traffic
+//! editor, from which Open-RMF generates these graphs.
 //!
 //! Both are read into the same model ([`model`]): levels of vertices and of straight, directed
 //! lanes.
 
 pub(crate) mod building;
-mod ids;
 mod lifts;
 mod model;
 #[cfg(test)]
@@ -55,8 +54,8 @@ pub(crate) fn read<'text>(
     Ok(building.into_layout(options, report))
 }
 
-/// Whether a file is a building map: its vertices have a third coordinate. Without
-/// `coordinate_system`, as in old files, only that tells them apart.
+/// Whether a file is a building map, whose vertices have a third coordinate. In old files without
+/// `coordinate_system`, this is the only difference.
 fn is_building(root: &Tree<'_>) -> bool {
     let levels = root.entries_of("levels");
     let first = levels.iter().find_map(|(_, level)| level.get("vertices")?.items().first());
@@ -87,7 +86,7 @@ fn levels<'a, 'text>(
     Ok(short.into_iter().map(|(name, level)| (name.as_str(), level)).collect())
 }
 
-/// Counts the keys of a map that aren't known, unless there is nothing in their values.
+/// Counts the unknown keys of a map, unless their values are empty.
 fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ignored) {
     let is_unknown =
         |(key, value): &&(String, Tree<'_>)| !known.contains(&key.as_str()) && !value.is_empty();
@@ -96,7 +95,7 @@ fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ign
     }
 }
 
-/// The lines of doors, on their levels.
+/// Adds the lines of doors to their levels.
 fn add_doors(
     root: &Tree<'_>,
     by_name: &BTreeMap<String, usize>,
@@ -117,7 +116,7 @@ fn add_doors(
     }
 }
 
-/// The outlines of lifts, on each level that they serve.
+/// Adds the outlines of lifts to each level that they serve.
 fn add_lifts(root: &Tree<'_>, levels: &mut [Level]) {
     let lifts = root.entries_of("lifts");
     let outlines: BTreeMap<&str, Vec<DVec2>> =

@@ -1,7 +1,7 @@
 //! Plant models of openTCS: XML, of the versions 0.0.2 to 7.
 //!
-//! Points are nodes, paths are edges, and locations are stations. Positions are in millimetres; the
-//! shape of a path is that of its drawing. See `docs/formats/opentcs.md`.
+//! Points are nodes, paths are edges, and locations are stations. Positions are in millimetres. The
+//! drawing gives the shape of a path. See `docs/formats/opentcs.md`.
 
 mod drawing;
 mod element;
@@ -24,7 +24,7 @@ use crate::model::value::shorten;
 use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 
-/// The start of the names of properties that our writer adds.
+/// The prefix of the names of properties that our writer adds.
 pub(crate) const OWN: &str = "regatta:";
 
 /// The largest number of blocks of a point, path or location that are listed.
@@ -77,11 +77,11 @@ struct Reader<'r, 'text> {
     ignored: Ignored,
     report: &'r mut Report<'text>,
     drawing: Drawing,
-    /// The bytes that locations have got from their types.
+    /// The number of bytes that locations have inherited from their types.
     inherited: usize,
 }
 
-/// The id and the name that our writer has given as properties.
+/// The id and the name that our writer stores as properties.
 #[derive(Default)]
 struct Own {
     id: Option<u32>,
@@ -147,7 +147,7 @@ impl Reader<'_, '_> {
         let at = element.at;
         let id = element.take_text("name");
         let position = self.position(&mut element, &format!("point `{}`", shorten(&id)));
-        // NaN stands for any angle.
+        // NaN allows any angle.
         let heading = element.take_number(&["vehicleOrientationAngle"]).map(f64::to_radians);
         let mut role = Role::None;
         let mut tags = self.tags(&mut element, "a point");
@@ -159,7 +159,7 @@ impl Reader<'_, '_> {
         for layout in element.take_children("pointLayout") {
             self.drawing.place(&id, layout, &mut self.ignored);
         }
-        // The paths have their source points.
+        // Paths name their source points themselves.
         element.take_children("outgoingPath");
         self.rest(element, "a point", &mut tags);
         blocks.tag(&id, &mut tags);
@@ -174,7 +174,7 @@ impl Reader<'_, '_> {
     /// Returns the position in metres; positions are in millimetres.
     fn position(&mut self, element: &mut Element<'_>, what: &str) -> DVec2 {
         let position = element.take_position();
-        // Graphs are flat.
+        // Graphs have no heights.
         for name in ["positionZ", "zPosition"] {
             if element.get(name) == Some("0") {
                 element.take(&[name]);
@@ -255,7 +255,7 @@ impl Reader<'_, '_> {
         properties
     }
 
-    /// Keeps the attributes that remain, and counts the elements.
+    /// Keeps the remaining attributes, and counts the remaining elements.
     fn rest(&mut self, mut element: Element<'_>, what: &str, tags: &mut Tags) {
         for (name, value) in element.attributes.drain(..) {
             tags.properties.entry(name.into()).or_insert(value);
@@ -347,8 +347,7 @@ impl Blocks {
 /// The property for the length of a path in millimetres.
 pub(crate) const LENGTH: &str = "opentcs:length";
 
-/// Drops the length of a path if it is that of its shape. Others are costs for the choice of
-/// routes.
+/// Drops the length of a path if it equals that of its shape. Another length is a cost for routing.
 fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVec2>; 2]) {
     let metres = match shape {
         Shape::Straight => from.zip(to).map(|(from, to)| from.distance(to)),
@@ -366,13 +365,12 @@ fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVe
     }
 }
 
-/// Returns a length in whole millimetres: at least 1, since paths need a length.
+/// Returns a length in whole millimetres, at least 1, because paths need a length.
 pub(crate) fn millimetres_of(metres: f64) -> f64 {
     (metres * 1000.0).round().max(1.0)
 }
 
-/// Turns an edge that may be driven in reverse only: robots drive it from its destination to its
-/// origin, tail first.
+/// Reverses an edge that may be driven in reverse only. Robots then drive it forwards, tail first.
 fn forward(edge: LayoutEdge) -> LayoutEdge {
     let reverse_speed = edge.reverse_speed.filter(|speed| *speed > 0.0);
     if edge.speed.is_none_or(|speed| speed > 0.0) {
@@ -398,8 +396,8 @@ fn own(tags: &mut Tags) -> Own {
     Own { id, name: take_own(&mut tags.properties, "name") }
 }
 
-/// Returns the ids that our writer has given, unless some have none, as those that were drawn in
-/// openTCS since.
+/// Returns the ids that our writer has given; `None` if an object has none, such as one that was
+/// added in openTCS.
 fn own_ids(owns: &[Own]) -> Option<Vec<String>> {
     let ids: Vec<u32> = owns.iter().map(|own| own.id).collect::<Option<_>>()?;
     let unique = ids.iter().collect::<BTreeSet<_>>().len() == ids.len();

@@ -15,7 +15,7 @@ use crate::model::raw::RawGraph;
 use crate::model::value::shorten;
 use crate::read::file::SyntaxError;
 
-/// The size in bytes from which a file is read part by part if that is possible.
+/// Files of at least this size in bytes are read part by part if possible.
 const LARGE: usize = 1 << 20;
 
 /// The largest number of different unknown keys that are reported.
@@ -48,8 +48,8 @@ pub(crate) fn read<'text>(
     Ok(content.graph)
 }
 
-/// Returns the parts of a large text, to read one by one; `None` if it is to be read as a whole. In
-/// parts, a text of any length takes little more memory than the graph itself.
+/// Returns the parts of a large text; `None` if it has to be read as a whole. In parts, a text of
+/// any length takes little more memory than the graph itself.
 pub(crate) fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
     (text.len() >= LARGE).then(|| sections::parts(text)).flatten()
 }
@@ -75,7 +75,7 @@ enum Scope {
 }
 
 impl<'text> Content<'text> {
-    /// Makes an empty one; `report` is about the file.
+    /// Makes empty content. `report` is the report about the file.
     fn new(report: &Report<'text>) -> Self {
         Self { graph: RawGraph::default(), unknown: BTreeMap::new(), report: report.empty() }
     }

@@ -1,10 +1,9 @@
-//! Maps of the ROS map server: YAML and a picture of which space is free, occupied or unknown.
+//! Maps of the ROS map server: YAML, and a picture of free, occupied and unknown space.
 //!
-//! A map has no graph: its occupied space becomes the background, and if the caller says how wide a
-//! robot is, the middle of the free space becomes a roadmap.
+//! A map has no graph. The outlines of its occupied space become the background. If the options
+//! give the width of a robot, the middle of the free space becomes a roadmap.
 
 mod chains;
-mod distance;
 mod grid;
 mod outline;
 mod roadmap;
@@ -72,20 +71,21 @@ pub(crate) fn read<'text>(
 /// # Errors
 /// If the map or its picture can't be read.
 pub fn background(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, BackgroundError> {
-    let file = yaml_path.display().to_string();
-    let error = |message: String| BackgroundError { file: file.clone(), message };
-    let length = std::fs::metadata(yaml_path).map_err(|reason| error(unreadable(&reason)))?.len();
-    if length > MAX_YAML_BYTES {
-        return Err(error(format!("too large for a map's YAML: at most {MAX_YAML_BYTES} bytes")));
-    }
-    let text = std::fs::read_to_string(yaml_path).map_err(|reason| error(unreadable(&reason)))?;
-    let map =
-        MapFile::read(&text, &mut Ignored::default()).map_err(|reason| error(reason.message))?;
-    let grid = Grid::read(&map, yaml_path.parent().unwrap_or(Path::new(""))).map_err(error)?;
-    outlines(&grid).map_err(error)
+    read_outlines(yaml_path)
+        .map_err(|message| BackgroundError { file: yaml_path.display().to_string(), message })
 }
 
-fn unreadable(reason: &std::io::Error) -> String {
+fn read_outlines(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, String> {
+    let length = std::fs::metadata(yaml_path).map_err(unreadable)?.len();
+    if length > MAX_YAML_BYTES {
+        return Err(format!("too large for a map's YAML: at most {MAX_YAML_BYTES} bytes"));
+    }
+    let text = std::fs::read_to_string(yaml_path).map_err(unreadable)?;
+    let map = MapFile::read(&text, &mut Ignored::default()).map_err(|error| error.message)?;
+    outlines(&Grid::read(&map, yaml_path.parent().unwrap_or(Path::new("")))?)
+}
+
+fn unreadable(reason: std::io::Error) -> String {
     format!("this map for the background can't be read: {reason}; give the YAML file of a ROS map")
 }
 
@@ -134,7 +134,7 @@ fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
     }
 }
 
-/// Makes two edges of each road, one each way.
+/// Makes two edges of each road, one for each direction.
 fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout {
     let nodes = (1..).zip(&roadmap.nodes).map(|(id, &position): (usize, _)| LayoutNode {
         id: id.to_string(),

@@ -1,4 +1,4 @@
-//! Writes a graph as LIF 1.0.0, valid by the schema of the VDMA.
+//! Writes a graph as LIF 1.0.0 that is valid under the schema of the VDMA.
 
 mod edges;
 mod properties;
@@ -20,7 +20,7 @@ use properties::{Kind, Properties};
 /// An object of the file.
 type Object = Map<String, Value>;
 
-/// One layout of the file: a level.
+/// A layout of the file, which is a level.
 #[derive(Debug, Default)]
 struct Sheet {
     nodes: Vec<Object>,
@@ -117,7 +117,7 @@ impl<'a> Writer<'a> {
         self.sheets.entry(level(graph.node(first))).or_default().stations.push(object);
     }
 
-    /// Counts what is lost of the graph as a whole.
+    /// Counts the losses of the graph as a whole.
     fn count_surroundings(&mut self) {
         let (nodes, edges) = (self.graph.nodes(), self.graph.edges());
         let background = self.graph.background().len();
@@ -149,7 +149,7 @@ fn point(position: DVec2) -> Value {
     json!({"x": position.x, "y": position.y})
 }
 
-/// Returns the actions that a property has, if they say the role; else one that does.
+/// Returns the actions of a property if they match the role; otherwise an action of the role.
 fn actions(role: Role, properties: &mut Properties<'_>) -> Option<Value> {
     let action = match role {
         Role::None => None,
@@ -178,7 +178,7 @@ fn for_each_type(types: &[&str], shared: &Object) -> Value {
     list.into()
 }
 
-/// Returns the text of the file: a line for each node, edge and station.
+/// Returns the text of the file, with a line for each node, edge and station.
 fn text(sheets: &BTreeMap<Option<&str>, Sheet>, header: &Header<'_>) -> String {
     let meta = json!({
         "projectIdentification": header.project,

@@ -12,7 +12,7 @@ use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::read::nav2::REVERSE_OF;
 
-/// The largest distance in metres of a curve from the line that is written for it.
+/// The largest distance in metres between a curve and its written line.
 const TOLERANCE: f64 = 0.01;
 
 #[derive(Serialize)]
@@ -56,7 +56,8 @@ pub fn write(graph: &RouteGraph) -> Written {
     let nodes = graph.nodes().iter().map(|node| self::node(graph, node));
     let edges = graph.edges().iter().map(|edge| self::edge(graph, edge));
     let last = graph.edges().iter().map(|edge| edge.id).max().unwrap_or_default();
-    // Edges have the numbers after the last one; those before it only where these run out.
+    // Reverse edges get the numbers after the largest id of an edge, and smaller numbers only if
+    // these run out.
     let numbers = (last.wrapping_add(1)..=u32::MAX)
         .chain(0..=last)
         .filter(|id| graph.edge_by_id(*id).is_none());
@@ -111,7 +112,7 @@ fn edge(graph: &RouteGraph, edge: &Edge) -> Feature {
     Feature { r#type: "Feature", properties, geometry }
 }
 
-/// Returns an edge in reverse gear as an edge of its own, from its destination to its origin.
+/// Returns an edge in reverse gear as a separate edge, from its destination to its origin.
 fn reverse(graph: &RouteGraph, edge: &Edge, speed: f64, id: u32) -> Feature {
     let mut feature = self::edge(graph, edge);
     let properties = &mut feature.properties;
@@ -137,8 +138,8 @@ fn set_drive(metadata: &mut Map<String, Value>, speed: f64, orientation: Orienta
     metadata.insert(key.to_owned(), json!(angle));
 }
 
-/// Returns the properties of a feature with its tags. Properties that Nav2 knows outside of the
-/// metadata go there.
+/// Returns the properties of a feature with its tags. Properties that Nav2 reads outside of the
+/// metadata are written there.
 fn properties(id: u32, tags: Option<&Tags>) -> Properties {
     let mut properties = Properties { id, ..Properties::default() };
     let Some(tags) = tags else { return properties };
@@ -160,8 +161,8 @@ fn properties(id: u32, tags: Option<&Tags>) -> Properties {
     properties
 }
 
-/// Returns the number, truth value, list or map that a text is, if it reads as the same text again;
-/// else the text.
+/// Returns a text as a number, truth value, list or map, if that is read back as the same text;
+/// otherwise returns the text.
 fn value(text: &str) -> Value {
     let value = serde_json::from_str(text).unwrap_or(Value::Null);
     let written = value.to_string();
@@ -177,8 +178,8 @@ fn is_straight(path: &Path) -> bool {
     path.single().is_some_and(|cubic| line_segments(cubic) == 1)
 }
 
-/// Returns the number of segments that are as close to a cubic as the tolerance; 1 for a straight
-/// one.
+/// Returns the number of segments that approximate a cubic within the tolerance; 1 for a straight
+/// cubic.
 fn line_segments(cubic: &CubicBezier) -> u32 {
     let [start, first, second, end] = cubic.control_points;
     let chord = end - start;

@@ -1,35 +1,29 @@
 //! The writer of plant models of openTCS, version 7, as its schema `model-7.0.0.xsd` requires.
 
-mod curves;
+mod paths;
 #[cfg(test)]
 mod tests;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::PI;
 use std::io;
 
 use glam::DVec2;
 use quick_xml::writer::Writer;
-use regatta_base::graph::NodeIndex;
 
-use self::curves::{Drawn, Scale};
+use self::paths::{Scale, path_ends};
 use super::Losses;
 use crate::model::format::Written;
-use crate::model::path::Path;
-use crate::model::route_graph::{Edge, RouteGraph};
-use crate::model::tags::{Orientation, Role, Station, Tags};
-use crate::read::open_tcs::{LENGTH, OWN, millimetres_of};
-
-/// The largest difference in radians of a heading offset from 0 or π that counts as none.
-const SAME_ANGLE: f64 = 1e-9;
+use crate::model::route_graph::RouteGraph;
+use crate::model::tags::{Role, Station, Tags};
+use crate::read::open_tcs::{LENGTH, OWN};
 
 type Xml = Writer<Vec<u8>>;
 
 /// Writes a plant model.
 ///
-/// Ids, names, levels, zones and roles that openTCS doesn't have are written as properties whose
-/// names start with `regatta:`; our reader reads them back.
+/// Ids, names, levels, zones and roles that openTCS doesn't have are written as properties with the
+/// prefix `regatta:`. Our reader reads them back.
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = ModelWriter::new(graph);
     let text = writer.model().expect("writing to a Vec never fails");
@@ -59,18 +53,18 @@ struct Block<'graph> {
 
 impl<'graph> ModelWriter<'graph> {
     fn new(graph: &'graph RouteGraph) -> Self {
-        // All objects of a model share one set of names.
+        // All objects of a model share one namespace.
         let mut taken = Taken::default();
         let mut points = Vec::with_capacity(graph.nodes().len());
         for node in graph.nodes() {
-            let default = || format!("Point-{:04}", node.id);
-            points.push(taken.unique(node.name().map_or_else(default, str::to_owned)));
+            let name = node.name().map_or_else(|| format!("Point-{:04}", node.id), str::to_owned);
+            points.push(taken.unique(name));
         }
         let mut paths = Vec::with_capacity(graph.edges().len());
         for edge in graph.edges() {
             let [from, to] = [edge.origin, edge.destination].map(|node| &points[node.0 as usize]);
-            let default = || format!("{from} --- {to}");
-            paths.push(taken.unique(edge.name().map_or_else(default, str::to_owned)));
+            let name = edge.name().map_or_else(|| format!("{from} --- {to}"), str::to_owned);
+            paths.push(taken.unique(name));
         }
         let mut locations = Vec::with_capacity(graph.stations().len());
         for station in graph.stations() {
@@ -103,7 +97,7 @@ impl<'graph> ModelWriter<'graph> {
         let graph = self.graph;
         let mut outgoing: Vec<Vec<usize>> = vec![Vec::new(); graph.nodes().len()];
         for (index, edge) in graph.edges().iter().enumerate() {
-            outgoing[path_ends(edge)[0].0 as usize].push(index);
+            outgoing[path_ends(edge).origin.0 as usize].push(index);
         }
         for (index, node) in graph.nodes().iter().enumerate() {
             let position = millimetres(graph.origin() + node.position);
@@ -146,65 +140,6 @@ impl<'graph> ModelWriter<'graph> {
             })?;
         }
         Ok(())
-    }
-
-    fn write_paths(&mut self, xml: &mut Xml) -> io::Result<()> {
-        let graph = self.graph;
-        for (index, edge) in graph.edges().iter().enumerate() {
-            let [source, destination] = path_ends(edge);
-            let is_turned = is_tail_first(edge.orientation);
-            let is_tangential = edge.orientation == Orientation::Tangential;
-            self.losses.add_if(
-                !is_turned && !is_tangential,
-                "edges have a heading other than along the edge",
-            );
-            self.count_tags(edge.tags.as_deref());
-            let (forward, reverse) = speeds(edge);
-            for speed in [forward, reverse] {
-                let is_rounded = (speed * 1000.0 - whole(speed)).abs() > 1e-6;
-                self.losses.add_if(is_rounded, "speeds are rounded to whole mm/s");
-            }
-            let path = if is_turned { edge.path.reversed() } else { edge.path.clone() };
-            let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
-            self.losses.add_if(
-                drawn.is_approximate,
-                "curves of several cubics are drawn as lines with corners",
-            );
-            let (length, is_kept) = length(edge, &path);
-            self.losses.add_if(
-                !is_kept,
-                "paths have a property `opentcs:length` that isn't in whole millimetres: not \
-                 written",
-            );
-            let attributes = [
-                ("name", self.paths[index].as_str()),
-                ("sourcePoint", &self.points[source.0 as usize]),
-                ("destinationPoint", &self.points[destination.0 as usize]),
-                ("length", &length),
-                ("maxVelocity", &whole(forward).to_string()),
-                ("maxReverseVelocity", &whole(reverse).to_string()),
-                ("locked", "false"),
-            ];
-            element(xml, "path", &attributes, |xml| {
-                write_properties(xml, &own_properties(edge.id, edge.tags.as_deref()))?;
-                self.write_path_layout(xml, &drawn)
-            })?;
-        }
-        Ok(())
-    }
-
-    fn write_path_layout(&self, xml: &mut Xml, drawn: &Drawn) -> io::Result<()> {
-        let attributes = [("connectionType", drawn.kind), ("layerId", "0")];
-        if drawn.points.is_empty() {
-            return empty(xml, "pathLayout", &attributes);
-        }
-        element(xml, "pathLayout", &attributes, |xml| {
-            for &point in &drawn.points {
-                let [x, y] = self.scale.units(point);
-                empty(xml, "controlPoint", &[("x", &x), ("y", &y)])?;
-            }
-            Ok(())
-        })
     }
 
     fn write_location_types(&self, xml: &mut Xml) -> io::Result<()> {
@@ -257,8 +192,8 @@ impl<'graph> ModelWriter<'graph> {
         Ok(())
     }
 
-    /// Returns the position in metres from the origin; that of the first node if the station has
-    /// none.
+    /// Returns the position in metres from the origin. A station without a position has that of its
+    /// first node.
     fn station_position(&mut self, station: &Station) -> DVec2 {
         if let Some(position) = station.position {
             return position;
@@ -320,7 +255,7 @@ fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
             value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())),
         );
     }
-    // The others follow from the path and its blocks.
+    // The reader derives the others from the path and its blocks.
     properties.extend(given(&tags.properties, &[LENGTH, "blockType", "blocks"]));
     properties
 }
@@ -344,7 +279,7 @@ fn write_properties(xml: &mut Xml, properties: &[Property<'_>]) -> io::Result<()
     Ok(())
 }
 
-/// Returns the blocks of the zones that were blocks in openTCS: other zones allow several robots.
+/// Returns the blocks of the zones that were blocks in openTCS. Other zones allow several robots.
 fn blocks<'graph>(
     graph: &'graph RouteGraph,
     points: &[String],
@@ -370,12 +305,12 @@ fn blocks<'graph>(
 #[derive(Default)]
 struct Taken {
     names: BTreeSet<String>,
-    /// By name: the next number to tell objects with this name apart.
+    /// By name: the next number that makes the name unique.
     numbers: BTreeMap<String, u64>,
 }
 
 impl Taken {
-    /// Returns a name that isn't taken yet, and takes it.
+    /// Returns a unique name, and marks it as taken.
     fn unique(&mut self, name: String) -> String {
         if !name.is_empty() && self.names.insert(name.clone()) {
             return name;
@@ -389,43 +324,6 @@ impl Taken {
             }
         }
     }
-}
-
-/// Returns whether robots drive along an edge backwards.
-fn is_tail_first(orientation: Orientation) -> bool {
-    matches!(orientation, Orientation::Offset(angle) if (angle.abs() - PI).abs() < SAME_ANGLE)
-}
-
-/// Returns the ends of the path of an edge. Robots face from source to destination.
-fn path_ends(edge: &Edge) -> [NodeIndex; 2] {
-    if is_tail_first(edge.orientation) {
-        [edge.destination, edge.origin]
-    } else {
-        [edge.origin, edge.destination]
-    }
-}
-
-/// Returns the speeds from source to destination and back, 0 if not allowed.
-fn speeds(edge: &Edge) -> (f64, f64) {
-    let speeds = (edge.speed, edge.reverse_speed.unwrap_or_default());
-    if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
-}
-
-/// Returns the length of a path in whole millimetres, and whether that loses nothing: the length
-/// that its file gives, if that is valid in openTCS, else the length of its curve.
-fn length(edge: &Edge, path: &Path) -> (String, bool) {
-    let given = edge.tags.as_ref().and_then(|tags| tags.properties.get(LENGTH));
-    match given.map(|given| given.trim().parse::<u32>()) {
-        Some(Ok(given)) if given > 0 => (given.to_string(), true),
-        given => (millimetres_of(path.length()).to_string(), given.is_none()),
-    }
-}
-
-/// Returns whole millimetres per second: at least 1 if the speed isn't 0, since 0 forbids the
-/// direction.
-fn whole(speed: f64) -> f64 {
-    let whole = (speed * 1000.0).round();
-    if speed > 0.0 { whole.max(1.0) } else { 0.0 }
 }
 
 /// A position in whole millimetres.
@@ -442,7 +340,7 @@ fn millimetres(metres: DVec2) -> Position {
     Position { x, y, is_rounded: exact.distance(whole) > 1e-3 }
 }
 
-/// Returns the name of the location type: that of the file, else one by role.
+/// Returns the name of the location type: that of the file, or else one by role.
 fn type_name(station: &Station) -> &str {
     station.properties.get("type").map_or(
         match station.role {
@@ -493,7 +391,7 @@ fn element(
     xml.create_element(name).with_attributes(texts).write_inner_content(content).map(|_| ())
 }
 
-/// Replaces the characters that XML can't have.
+/// Replaces the characters that XML forbids.
 fn valid(text: &str) -> Cow<'_, str> {
     if text.contains(is_invalid) {
         text.replace(is_invalid, "\u{fffd}").into()

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::{NodeIndex, Rotation};
+use regatta_base::graph::{Ends, NodeIndex, Rotation};
 
 use super::Losses;
 use crate::model::format::Written;
@@ -13,13 +13,13 @@ use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Station, Tags};
 
-/// The largest depth of brackets in a text that is written without escapes: the reader limits the
-/// depth of brackets and counts those in texts too.
+/// The largest depth of brackets in a text that is written without escapes. The reader limits the
+/// depth of brackets, and also counts those in texts.
 const MAX_PLAIN_DEPTH: usize = 20;
 
 /// Writes a graph. Reading the text gives the same graph: every number is read back as the same
 /// `f64`. If the origin of the graph isn't (0, 0), control points may differ by the rounding error
-/// of coordinates in the file, which is below 1 µm for maps within 4000 km.
+/// of the file's coordinates, which is below 1 µm for maps within 4000 km.
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = Writer { text: String::new(), graph, losses: Losses::default() };
     writer.write().expect("writing to a String never fails");
@@ -73,8 +73,9 @@ impl Writer<'_> {
             Orientation::Offset(angle) => write!(self.text, ", HeadingOffset: {angle:?}")?,
             Orientation::Fixed(angle) => write!(self.text, ", Heading: {angle:?}")?,
         }
+        let Ends { origin, destination } = edge.rotation;
         for (key, rotation) in
-            ["RotationAtOrigin", "RotationAtDestination"].into_iter().zip(edge.rotation)
+            [("RotationAtOrigin", origin), ("RotationAtDestination", destination)]
         {
             if rotation != Rotation::Shorter {
                 write!(self.text, ", {key}: {}", rotation.name())?;
@@ -84,7 +85,8 @@ impl Writer<'_> {
         writeln!(self.text, "}}")
     }
 
-    /// The end of each cubic is the start of the next, and is written once.
+    /// Writes the control points of a path. The end of each cubic is the start of the next, and is
+    /// written once.
     fn control_points(&mut self, path: &Path) -> fmt::Result {
         let origin = self.graph.origin();
         let inner = path.cubics().flat_map(|cubic| cubic.control_points.into_iter().skip(1));
@@ -157,7 +159,7 @@ impl Writer<'_> {
     }
 }
 
-/// Returns whether the edge is what the reader makes of a `Linear` edge.
+/// Whether the reader would make the same edge of a `Linear` edge.
 fn is_linear(graph: &RouteGraph, edge: &Edge) -> bool {
     let [from, to] = [edge.origin, edge.destination].map(|node| graph.node(node).position);
     edge.path.single().is_some_and(|cubic| *cubic == CubicBezier::straight(from, to))
@@ -176,7 +178,7 @@ impl fmt::Display for Quoted<'_> {
                 '[' | ']' | '{' | '}' if escapes_brackets => {
                     write!(f, "\\x{:02X}", u32::from(character))?
                 }
-                // YAML 1.1 takes the separators as line ends, and forbids the others.
+                // YAML 1.1 reads the separators as line ends, and forbids the others.
                 '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}' => {
                     write!(f, "\\u{:04X}", u32::from(character))?;
                 }
@@ -188,7 +190,7 @@ impl fmt::Display for Quoted<'_> {
     }
 }
 
-/// Returns whether brackets are closed as often as they are opened, and aren't deeply nested.
+/// Whether brackets are balanced and aren't deeply nested.
 fn has_shallow_brackets(text: &str) -> bool {
     let mut depth = 0usize;
     for byte in text.bytes() {

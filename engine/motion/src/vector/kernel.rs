@@ -7,7 +7,7 @@ macro_rules! kernel {
             use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
             use crate::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
-            use crate::block::{BlockLists, RowList};
+            use crate::rows::{BlockLists, RowList};
             use crate::frame::{PoseColumns, WORDS_PER_LINE};
             use crate::piece::{Piece, TimeStep};
             use crate::pieces::{PieceLookup, REVERSE};
@@ -15,8 +15,7 @@ macro_rules! kernel {
             use crate::rows::Rows;
             use crate::scalar::METRES_PER_UNIT;
             use super::lanes::$name::*;
-            use super::prefetch::{prefetch_next_block, prefetch_next_pages};
-            use super::stream::{$stream, StoreMode};
+            use super::memory::{$stream, StoreMode, prefetch_next_block, prefetch_next_pages};
 
             #[inline]
             $(#[$feature])*

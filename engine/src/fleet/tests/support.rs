@@ -42,8 +42,9 @@ pub fn chain(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
         let path = CubicBezier {
             control_points: [from, from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to],
         };
-        let ends = [NodeIndex(number), NodeIndex(number + 1)];
-        edges.push(Edge::new(1000 + number, ends, path, (speed, Some(0.5 * speed))));
+        let (from, to) = (NodeIndex(number), NodeIndex(number + 1));
+        let reverse_speed = Some(0.5 * speed);
+        edges.push(Edge { reverse_speed, ..Edge::new(1000 + number, from, to, path, speed) });
     }
     Arc::new(RouteGraph::from_valid_parts(nodes, edges))
 }
@@ -58,8 +59,10 @@ fn push_bent_edge(
     let path = CubicBezier {
         control_points: [from, from.lerp(to, 0.35) - side, from.lerp(to, 0.7) - side, to],
     };
-    let speeds = (0.5 + 0.4 * f64::from(number % 5), number.is_multiple_of(3).then_some(0.7));
-    edges.push(Edge::new(1000 + number, [NodeIndex(origin), NodeIndex(destination)], path, speeds));
+    let (speed, reverse_speed) =
+        (0.5 + 0.4 * f64::from(number % 5), number.is_multiple_of(3).then_some(0.7));
+    let (from, to) = (NodeIndex(origin), NodeIndex(destination));
+    edges.push(Edge { reverse_speed, ..Edge::new(1000 + number, from, to, path, speed) });
 }
 
 pub fn forward(edge: u32) -> Leg {

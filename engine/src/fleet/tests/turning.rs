@@ -7,7 +7,8 @@ use std::time::Duration;
 use glam::DVec2;
 use proptest::prelude::*;
 use regatta_layout::{
-    CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse,
+    CubicBezier, Edge, Ends, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph,
+    parse,
 };
 use regatta_motion::Isa;
 use regatta_plugin::command::{CommandKind, CommandRecord};
@@ -24,13 +25,8 @@ fn polyline(corners: &[(f64, f64)], orientation: Orientation) -> Arc<RouteGraph>
     let nodes = (100..).zip(&at).map(|(id, &position)| Node::new(id, position, 0.0)).collect();
     let edge = |(number, ends): (u32, &[DVec2])| {
         let path = CubicBezier::straight(ends[0], ends[1]);
-        let edge = Edge::new(
-            1000 + number,
-            [NodeIndex(number), NodeIndex(number + 1)],
-            path,
-            (1.0, Some(1.0)),
-        );
-        Edge { orientation, ..edge }
+        let edge = Edge::new(1000 + number, NodeIndex(number), NodeIndex(number + 1), path, 1.0);
+        Edge { orientation, reverse_speed: Some(1.0), ..edge }
     };
     Arc::new(RouteGraph::from_valid_parts(nodes, (0..).zip(at.windows(2)).map(edge).collect()))
 }
@@ -166,10 +162,9 @@ fn the_edge_says_which_way_is_turned() {
         (Rotation::None, 0..=0),
     ] {
         let graph = polyline(&CORNER, Orientation::Tangential);
-        let edges = graph
-            .edges()
-            .iter()
-            .map(|edge| Edge { rotation: [Rotation::Shorter, rotation], ..edge.clone() });
+        let rotation_of_edges = Ends { origin: Rotation::Shorter, destination: rotation };
+        let edges =
+            graph.edges().iter().map(|edge| Edge { rotation: rotation_of_edges, ..edge.clone() });
         let graph = Arc::new(RouteGraph::from_valid_parts(graph.nodes().to_vec(), edges.collect()));
         let mut fleet = fleet_on(&graph, turning_type(f32::INFINITY, 1.0, f32::INFINITY));
         spawn(&mut fleet, &[forward(0), forward(1)]);

@@ -86,11 +86,7 @@ impl Commands {
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let sender_hash = fnv1a(participant.name().as_bytes());
         Ok(Self {
-            sender: SliceSender::open(
-                &services::COMMANDS,
-                participant,
-                services::FIRST_RECORDS,
-            )?,
+            sender: SliceSender::open(&services::COMMANDS, participant, services::FIRST_RECORDS)?,
             fleet: participant.fleet().clone(),
             sender_hash,
             last_token: sender_hash << 32,

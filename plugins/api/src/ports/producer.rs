@@ -344,8 +344,7 @@ fn check_shared_room(lines: usize) -> Result<(), PublishError> {
     let bytes = lines * crate::records::frame::BYTES_PER_LINE * services::CHUNKS_IN_USE;
     let needed_bytes = bytes as u64;
     // If the system doesn't say how much there is, there is nothing to check.
-    let available_bytes =
-        crate::process::health::space().map_or(u64::MAX, |space| space.available);
+    let available_bytes = crate::process::health::space().map_or(u64::MAX, |space| space.available);
     if available_bytes < needed_bytes {
         return Err(PublishError::NoRoom { what: "a frame", available_bytes, needed_bytes });
     }

@@ -4,9 +4,9 @@
 use super::error::{OpenError, ReadError};
 use super::services::{self, SliceService};
 use crate::process::join::Participant;
-use crate::records::{Header, Record};
 use crate::records::name::ColumnName;
 use crate::records::sequence::{LostSamples, Sequenced};
+use crate::records::{Header, Record};
 use crate::transport::{Sample, Subscriber};
 
 /// The largest number of samples that one search for the newest goes through: samples that dead

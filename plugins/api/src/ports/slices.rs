@@ -6,8 +6,8 @@ use std::rc::Rc;
 use super::error::{OpenError, PublishError};
 use super::services::{self, SliceService};
 use crate::process::join::Participant;
-use crate::records::{Header, Record};
 use crate::records::sequence::Sequenced;
+use crate::records::{Header, Record};
 use crate::transport::{Loan, Publisher};
 
 /// The sequence numbers of the samples of a run. A loan takes its number when it is sent.

@@ -17,8 +17,8 @@ pub use super::domain::SHARED_MEMORY;
 use super::domain::{self, DomainError, config};
 use super::management;
 use crate::ports::services;
-use crate::transport::shared::{self, Ipc};
 use crate::records::name::FleetName;
+use crate::transport::shared::{self, Ipc};
 use segments::{Segment, mapped_files, port_ids, segments};
 
 /// The error of inspecting shared memory.

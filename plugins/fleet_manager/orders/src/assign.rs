@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::Vec2;
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
@@ -15,7 +16,7 @@ pub struct OpenOrder {
     /// The node of its first stop.
     pub node: u32,
     /// Metres east and north of the world's origin.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// The seconds of driving that its priority, age and deadline are worth.
     pub urgency_secs: f64,
     /// The robot that has it, and would lose it to another one.
@@ -28,7 +29,7 @@ pub struct Candidate {
     /// The robot's id.
     pub robot: u32,
     /// Metres east and north of the world's origin.
-    pub position: [f32; 2],
+    pub position: Vec2,
 }
 
 /// An assignment problem. Orders are in ascending order of their numbers, robots of their ids.
@@ -140,8 +141,7 @@ impl Assigner for Nearest {
     }
 }
 
-/// Returns the most urgent orders: those without a robot first. Of the others, those that have a
-/// robot keep it.
+/// Returns the most urgent orders, those without a robot first. Other orders with a robot keep it.
 fn most_urgent(orders: &[OpenOrder], count: usize) -> (Vec<OpenOrder>, Vec<(OrderId, u32)>) {
     let mut orders = orders.to_vec();
     if orders.len() <= count {
@@ -209,8 +209,7 @@ impl Nearest {
     fn near(&self, problem: &Problem, order: &OpenOrder) -> Vec<u32> {
         let mut robots = Vec::with_capacity(problem.robots.len());
         for Candidate { robot, position } in problem.robots {
-            let [x, y] = [0, 1].map(|axis| position[axis] - order.position[axis]);
-            robots.push((x * x + y * y, *robot));
+            robots.push((position.distance_squared(order.position), *robot));
         }
         let count = self.nearest_robots.min(robots.len());
         if count > 0 && count < robots.len() {

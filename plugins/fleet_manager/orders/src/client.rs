@@ -13,11 +13,15 @@ const TIMEOUT: Duration = Duration::from_secs(30);
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// The address isn't of the form that this client knows.
-    #[error("invalid address `{}` of a fleet manager; give one such as http://127.0.0.1:55200", .0.escape_debug())]
+    #[error(
+        "invalid address `{}` of a fleet manager; give one such as http://127.0.0.1:55200",
+        .0.escape_debug()
+    )]
     Url(String),
     /// No manager answers.
     #[error(
-        "no fleet manager answers on {address} ({reason}); start one with a port, or give its address with --url"
+        "no fleet manager answers on {address} ({reason}); start one with a port, or give its \
+         address with --url"
     )]
     Connect {
         /// The address.
@@ -26,7 +30,7 @@ pub enum ClientError {
         reason: std::io::Error,
     },
     /// The answer is not one of the web API.
-    #[error("the server on {0} is no fleet manager")]
+    #[error("the server on {0} isn't a fleet manager")]
     Answer(String),
     /// The manager has refused the request.
     #[error("{reason}")]
@@ -104,7 +108,8 @@ impl Client {
             self.token.iter().map(|token| format!("Authorization: Bearer {token}\r\n"));
         // HTTP 1.0: the answer ends with the connection.
         let request = format!(
-            "{method} {path} HTTP/1.0\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n{}\r\n{body}",
+            "{method} {path} HTTP/1.0\r\nHost: {}\r\nContent-Type: application/json\r\n\
+             Content-Length: {}\r\n{}\r\n{body}",
             self.address,
             body.len(),
             authorization.collect::<String>(),

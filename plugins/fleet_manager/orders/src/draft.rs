@@ -99,7 +99,11 @@ pub enum DraftError {
     #[error(transparent)]
     Name(#[from] NameError),
     /// There is no such node.
-    #[error("stop {} is at `{}`, which is neither the name nor the id of a node", .stop + 1, .label.escape_debug())]
+    #[error(
+        "stop {} is at `{}`, which is neither the name nor the id of a node",
+        .stop + 1,
+        .label.escape_debug()
+    )]
     UnknownStop {
         /// The index of the stop.
         stop: usize,
@@ -240,7 +244,7 @@ mod tests {
         }
         let json = r#"{"destinations": [{"locationName": "A", "operation": "lift"}]}"#;
         let error = serde_json::from_str::<OrderDraft>(json).expect_err("unknown").to_string();
-        assert!(error.contains("unknown action `lift`; there are none, pick"), "{error}");
+        assert!(error.contains("unknown action `lift`; use none, pick"), "{error}");
     }
 
     #[test]

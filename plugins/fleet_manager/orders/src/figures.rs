@@ -58,9 +58,11 @@ pub struct Figures {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
     service_secs: Vec<f32>,
-    waiting_secs: Vec<f32>,
+    /// The waits of orders whose robot has come to the first stop.
+    pub(super) waiting_secs: Vec<f32>,
     late: usize,
-    stops: usize,
+    /// Handled stops.
+    pub(super) stops: usize,
     closed: ByState,
 }
 
@@ -80,14 +82,6 @@ impl ByState {
 }
 
 impl Counts {
-    pub(super) fn arrived_first(&mut self, waited_secs: f64) {
-        self.waiting_secs.push(waited_secs as f32);
-    }
-
-    pub(super) fn handled(&mut self) {
-        self.stops += 1;
-    }
-
     /// Counts an order whose state is final.
     pub(super) fn closed(&mut self, order: &Order, now_secs: f64) {
         self.closed.add(order.state);
@@ -169,7 +163,8 @@ impl Figures {
         let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
         format!(
             "| orders | |\n|---|---|\n| finished | {finished} ({:.0} an hour) |\n| late | {} |\n\
-             | unserved | {} (longest {:.0} s) |\n| failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
+             | unserved | {} (longest {:.0} s) |\n\
+             | failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
              | seconds | mean | p50 | p99 | longest |\n|---|---|---|---|---|\n{}{}",
             self.orders_per_hour,
             self.late,

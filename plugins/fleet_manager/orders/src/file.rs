@@ -177,7 +177,7 @@ impl Columns {
         let destinations = stops.collect::<Result<_, _>>()?;
         let priority = match self.cell(record, 2) {
             Some(text) => {
-                text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255"))?
+                text.parse().map_err(|_| format!("`{text}` isn't a priority from 0 to 255"))?
             }
             None => 0,
         };
@@ -206,7 +206,7 @@ impl Columns {
 
 fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
     let secs = text.parse().ok().filter(|secs: &f64| secs.is_finite() && *secs >= 0.0);
-    secs.ok_or_else(|| format!("`{}` is no number of seconds for `{field}`", text.escape_debug()))
+    secs.ok_or_else(|| format!("`{}` isn't a number of seconds for `{field}`", text.escape_debug()))
 }
 
 fn csv_stop(text: &str) -> Result<StopDraft, String> {
@@ -251,7 +251,7 @@ mod tests {
         for (text, message) in [
             ("name\nx\n", "line 1: the column `stops` is missing"),
             ("stops,when\nA,1\n", "unknown column `when`"),
-            ("stops,time\nA,1\nA,x\n", "line 3: `x` is no number of seconds for `time`"),
+            ("stops,time\nA,1\nA,x\n", "line 3: `x` isn't a number of seconds for `time`"),
             ("stops,time\nA\n", "line 2: 1 columns instead of 2"),
             ("stops\nA:lift\n", "unknown action `lift`"),
             ("stops,Stops\nA,A\n", "twice"),

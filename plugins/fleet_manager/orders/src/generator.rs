@@ -6,7 +6,7 @@ use regatta_base::random::Random;
 use super::load::{Arrival, DwellSecs, GeneratorSettings, Shift, Stops};
 use super::order::{Action, NewOrder, OrderName, Stop};
 
-/// The draws of an order, by what they decide.
+/// The random draws of an order, by purpose.
 const ARRIVAL: u64 = 0;
 const FROM: u64 = 1;
 const TO: u64 = 2;
@@ -101,8 +101,8 @@ fn other(node: u32, group: &[u32], random: Random) -> u32 {
     others.into_iter().find(|candidate| *candidate != node).unwrap_or(node)
 }
 
-/// Returns the time at which the profile, which begins anew after its end, has brought so many
-/// orders on average; `None` if it brings none.
+/// Returns the time at which the profile, which repeats, has generated this number of orders on
+/// average; `None` if it generates none.
 fn time_of(units: f64, shifts: &[Shift]) -> Option<f64> {
     let [Shift { until_secs: f64::INFINITY, per_hour }] = shifts else {
         return time_in_profile(units, shifts);

@@ -18,15 +18,16 @@
 //!
 //! ```
 //! use std::sync::Arc;
+//! use glam::Vec2;
 //! use regatta_orders::{Candidate, Load, Next, Place, Places, OrderPool};
 //!
-//! let places = (0..4).map(|id| Place { id, position: [id as f32, 0.0], ..Place::default() });
+//! let places = (0..4).map(|id| Place { id, position: Vec2::X * id as f32, ..Place::default() });
 //! let places = Arc::new(Places::new(places.collect()));
 //! let mut orders = OrderPool::new(places.clone());
 //! orders.add_load(&Load::parse("load: {per_hour: 600, seed: 7}", &places)?);
 //!
 //! let driving_secs = |robot: u32, node: u32| Some(f64::from(robot.abs_diff(node)));
-//! let robots = [0, 3].map(|x| Candidate { robot: x / 3, position: [x as f32, 0.0] });
+//! let robots = [0, 3].map(|x| Candidate { robot: x / 3, position: Vec2::X * x as f32 });
 //! for tick in 0..600 {
 //!     let now = f64::from(tick);
 //!     orders.generate_until(now, robots.len());
@@ -98,7 +99,7 @@ pub use order::{
     State, Stop, UnknownAction,
 };
 pub use places::{Place, Places};
-pub use pool::{Assignments, Next, OrderPool, Urgency};
+pub use pool::{Assignments, Next, OrderPool};
 pub use store::StoreError;
 pub use threads::{Vehicle, WithdrawError};
 pub use web::WebError;

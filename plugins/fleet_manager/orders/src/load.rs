@@ -7,13 +7,13 @@
 //!     inbound: [A1, A2, 17]          # by name or id
 //!     north: {zone: north, role: drop}
 //!   generators:
-//!     - name: deliveries             # in the names of its orders: load:deliveries-1 …; its number if absent
-//!       from: inbound                # a group, or a role; default: the role pick, or any node if there is none
+//!     - name: deliveries             # for orders load:deliveries-1 …; its number if absent
+//!       from: inbound                # a group or a role; the role pick, or any node, if absent
 //!       to: north                    # likewise, with the role drop
 //!       per_hour: 120                # Poisson; or a profile that begins anew after its end:
 //!       # shifts: [{until: 3600, per_hour: 200}, {until: 7200, per_hour: 20}]
 //!       priority: 5                  # 0 to 255, 0 if absent
-//!       dwell: {min: 5, max: 15}     # seconds at each stop, evenly spread; or a number; 0 if absent
+//!       dwell: {min: 5, max: 15}     # seconds at each stop, uniform; or a number; 0 if absent
 //!       deadline: 900                # seconds after its creation; none if absent
 //!     - endless: robots              # as many open orders as there are robots, or a number
 //!       among: north                 # orders with one stop of this group; any node if absent
@@ -175,7 +175,7 @@ fn arrival(value: &Node, fields: &Fields<'_, '_>) -> Result<Arrival, yaml::Error
         }])),
         (None, Some(shifts), None) => profile(shifts).map(Arrival::Poisson),
         (None, None, Some(orders)) => endless(orders).map(Arrival::Endless),
-        _ => Err(value.error("a generator has one of per_hour, shifts, endless")),
+        _ => Err(value.error("give a generator exactly one of per_hour, shifts and endless")),
     }
 }
 
@@ -207,7 +207,10 @@ fn transports(
 fn per_hour(value: &Node) -> Result<f64, yaml::Error> {
     match value.non_negative()? {
         rate if rate <= MAX_PER_HOUR => Ok(rate),
-        rate => Err(value.error(format!("{rate} orders an hour are over {MAX_PER_HOUR}"))),
+        rate => {
+            Err(value
+                .error(format!("{rate} orders an hour are too many; give at most {MAX_PER_HOUR}")))
+        }
     }
 }
 
@@ -217,7 +220,7 @@ fn profile(value: &Node) -> Result<Vec<Shift>, yaml::Error> {
         let fields = shift.fields(&["until", "per_hour"])?;
         let until_secs = fields.required("until")?.non_negative()?;
         if until_secs <= shifts.last().map_or(0.0, |last| last.until_secs) {
-            return Err(shift.error("`until` must be after that of the shift before"));
+            return Err(shift.error("`until` must be later than that of the previous shift"));
         }
         shifts.push(Shift { until_secs, per_hour: per_hour(fields.required("per_hour")?)? });
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 
+use clap::Args;
 use regatta_plugin::tell;
 
 use super::file::{FileError, read_orders};
@@ -15,20 +16,27 @@ use super::store::{self, StoreError, Writer};
 use super::threads::{Channels, Threads};
 use super::web::{self, Web, WebError};
 
-/// The sources of a manager's orders, and the place where they are kept.
-#[derive(Clone, Debug, Default)]
+/// The sources of a manager's orders, and their store.
+#[derive(Args, Clone, Debug, Default)]
 pub struct OrderSettings {
-    /// A file of orders.
+    /// A file of transport orders with times, YAML or CSV
+    #[arg(long, value_name = "FILE")]
     pub orders: Option<PathBuf>,
-    /// A file with a load.
+    /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta
+    /// run`]
+    #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
-    /// The seed of the load instead of its own.
+    /// The seed of the load, instead of its own
+    #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// The store; orders are in memory only without one.
+    /// Keep orders in this SQLite file: they survive the manager [default: in memory]
+    #[arg(long, value_name = "FILE")]
     pub store: Option<PathBuf>,
-    /// The address of the web API; none without one. Port 0 is any free one.
+    /// Serve orders over HTTP at this address; port 0 is any free one [default: off]
+    #[arg(long, value_name = "ADDRESS")]
     pub http: Option<SocketAddr>,
-    /// A file with the token that requests must have. Addresses other than loopback need one.
+    /// A file with the token that HTTP requests must have; addresses other than loopback need one
+    #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
 }
 
@@ -101,7 +109,8 @@ impl OrderPool {
         if restored.unplaced > 0 {
             let (count, path) = (restored.unplaced, path.display());
             tell!(
-                "fleet-manager: {count} open orders of {path} name nodes that this world doesn't have; they stay there"
+                "fleet-manager: {count} open orders of {path} name nodes that this world doesn't \
+                 have; they stay there"
             );
         }
         self.restore(restored.orders, restored.next_id, now_secs);

@@ -40,7 +40,7 @@ pub enum Action {
 
 /// The error of parsing an [`Action`].
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown action `{}`; there are none, pick, drop, charge, park", .0.escape_debug())]
+#[error("unknown action `{}`; use none, pick, drop, charge or park", .0.escape_debug())]
 pub struct UnknownAction(String);
 
 fn unknown_action(text: &str) -> UnknownAction {
@@ -74,14 +74,18 @@ pub struct OrderName(String);
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// Empty or too long.
-    #[error("the name of an order has 1 to {max} bytes, and this one has {0}", max = OrderName::MAX_BYTES)]
+    #[error(
+        "the name of an order has 1 to {max} bytes, and this one has {0}",
+        max = OrderName::MAX_BYTES
+    )]
     Length(usize),
     /// It has an invalid character.
     #[error("the name `{}` has a `/` or a control character", .0.escape_default())]
     Character(String),
     /// It begins with the prefix of generated orders.
     #[error(
-        "names that begin with `{load}` or `{sent}` are those of generated orders, and so `{0}` can't be used",
+        "invalid name `{0}`: names that begin with `{load}` or `{sent}` are reserved for generated \
+         orders",
         load = OrderName::GENERATED,
         sent = OrderName::REQUESTED
     )]
@@ -294,6 +298,19 @@ pub struct Order {
 }
 
 impl Order {
+    /// Returns an order without a robot, at the time when it comes.
+    pub(super) fn new(id: OrderId, content: NewOrder, created_secs: f64) -> Self {
+        Self {
+            id,
+            content,
+            created_secs,
+            state: State::Created,
+            handled_stops: 0,
+            reason: String::new(),
+            history: Vec::new(),
+        }
+    }
+
     /// The simulated time, in seconds, from which on robots could have it.
     pub fn ready_secs(&self) -> f64 {
         self.created_secs.max(self.content.earliest_secs)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec2;
 use regatta_plugin::World;
 use regatta_plugin::world::Role;
 
@@ -17,7 +18,7 @@ pub struct Place {
     /// The role of the node.
     pub role: Role,
     /// Metres east and north of the world's origin.
-    pub position: [f32; 2],
+    pub position: Vec2,
 }
 
 /// The table of all places. A node is an index in it and in the world's nodes.
@@ -36,7 +37,7 @@ impl Places {
             name: world.text(node.name).to_owned(),
             zone: world.text(node.zone).to_owned(),
             role: node.role(),
-            position: [node.x, node.y],
+            position: Vec2::new(node.x, node.y),
         });
         Self::new(places.collect())
     }

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use super::assign::{Assigner, Candidate};
 use super::figures::{Counts, Figures};
-use super::generator::Generator;
 use super::order::{
     Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
 };
@@ -17,7 +18,8 @@ mod assignment;
 mod requests;
 mod sources;
 
-pub use assignment::{Assignments, Urgency};
+pub use assignment::Assignments;
+use sources::Source;
 pub(super) use sources::{Known, Restored};
 
 /// The next step of a robot after a stop.
@@ -37,10 +39,9 @@ pub enum Next {
 pub struct OrderPool {
     places: Arc<Places>,
     assigner: Box<dyn Assigner>,
-    urgency: Urgency,
     open: BTreeMap<OrderId, Order>,
     names: BTreeMap<OrderName, OrderId>,
-    by_robot: BTreeMap<u32, OrderId>,
+    by_robot: FxHashMap<u32, OrderId>,
     waiting: BTreeSet<OrderId>,
     /// The open orders that only one robot may get, by robot.
     intended: BTreeSet<(u32, OrderId)>,
@@ -49,8 +50,8 @@ pub struct OrderPool {
     early: BTreeSet<(u64, OrderId)>,
     /// Orders of files that are to come, the last one first.
     timetable: Vec<(f64, NewOrder)>,
-    generators: Vec<Generator>,
-    /// The generator of each open order that has one.
+    sources: Vec<Source>,
+    /// The source of each open order that a generator made, as an index.
     made_by: BTreeMap<OrderId, usize>,
     next_id: u64,
     next_reassignment_secs: f64,
@@ -134,14 +135,14 @@ impl OrderPool {
         order.state = State::Handling(robot);
         let (stop, waited_secs) = (order.handled_stops as u32, now_secs - order.ready_secs());
         if stop == 0 {
-            self.counts.arrived_first(waited_secs);
+            self.counts.waiting_secs.push(waited_secs as f32);
         }
         self.note(id, now_secs, Change::Arrived { robot, stop });
         true
     }
 
-    /// Notes that a robot has handled the stop that it is at. Returns what it does next; `None` if
-    /// it wasn't at a stop.
+    /// Records that a robot has handled its current stop. Returns the next step; `None` if it
+    /// wasn't at a stop.
     pub fn handled(&mut self, robot: u32, now_secs: f64) -> Option<Next> {
         let id = self.order_in(robot, State::Handling(robot))?;
         let order = self.open.get_mut(&id)?;
@@ -149,7 +150,7 @@ impl OrderPool {
         order.handled_stops += 1;
         order.state = State::Travelling(robot);
         let next = order.content.stops.get(order.handled_stops).copied();
-        self.counts.handled();
+        self.counts.stops += 1;
         self.note(id, now_secs, Change::Handled { robot, stop });
         if next.is_none() {
             self.close(id, State::Finished(robot), now_secs, Change::Finished { robot });
@@ -182,13 +183,16 @@ impl OrderPool {
         Ok(id)
     }
 
-    /// Notes that no robot can reach the stops of an order, which has no robot. Returns whether it
-    /// was waiting.
+    /// Records that no robot can reach the stops of an order, which has no robot. Returns whether
+    /// it was waiting.
     pub fn unroutable(&mut self, id: OrderId, now_secs: f64, reason: &str) -> bool {
         let is_waiting = self.waiting.remove(&id);
         if let Some(order) = self.open.get_mut(&id).filter(|_| is_waiting) {
             order.state = State::Unroutable;
             reason.clone_into(&mut order.reason);
+            if let Some(source) = self.source_of(id) {
+                source.unroutable += 1;
+            }
             self.note(id, now_secs, Change::Unroutable { reason: reason.to_owned() });
         }
         is_waiting
@@ -204,6 +208,9 @@ impl OrderPool {
         order.state = State::Waiting;
         order.reason.clear();
         self.waiting.insert(id);
+        if let Some(source) = self.source_of(id) {
+            source.unroutable -= 1;
+        }
         self.note(id, now_secs, Change::Reopened);
         true
     }
@@ -288,6 +295,7 @@ impl OrderPool {
         if let Some(robot) = order.state.robot() {
             self.by_robot.remove(&robot);
         }
+        let was_unroutable = order.state == State::Unroutable;
         order.state = state;
         if let Change::Failed { reason, .. } | Change::Cancelled { reason, .. } = &change {
             order.reason.clone_from(reason);
@@ -297,7 +305,11 @@ impl OrderPool {
         self.waiting.remove(&id);
         self.early.remove(&(order.content.earliest_secs.to_bits(), id));
         self.names.remove(&order.content.name);
-        self.made_by.remove(&id);
+        if let Some(source) = self.source_of(id) {
+            source.open -= 1;
+            source.unroutable -= usize::from(was_unroutable);
+            self.made_by.remove(&id);
+        }
         if let Some(robot) = order.content.intended_robot {
             self.intended.remove(&(robot, id));
         }

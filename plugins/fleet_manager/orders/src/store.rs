@@ -37,7 +37,8 @@ const INTENDED_ROBOT: &str = "ALTER TABLE transport_order ADD COLUMN intended_ro
 const SCHEMA: &str = "
     CREATE TABLE transport_order (
         name TEXT NOT NULL PRIMARY KEY,
-        id INTEGER,                     -- the number in the order log; null until the manager has taken the order
+        id INTEGER,                     -- the number in the order log; null until the manager \
+             has taken the order
         state TEXT NOT NULL,
         priority INTEGER NOT NULL,
         created REAL,                   -- all times in seconds of simulated time
@@ -46,10 +47,12 @@ const SCHEMA: &str = "
         robot INTEGER,
         handled_stops INTEGER NOT NULL,
         reason TEXT NOT NULL,
-        stops TEXT NOT NULL,            -- JSON: node (id of the route graph's file), action, dwell in seconds
+        stops TEXT NOT NULL,            -- JSON: node (id of the route graph's file), action, \
+             dwell in seconds
         history TEXT NOT NULL           -- JSON: time, event, and what belongs to it
     );
-    CREATE INDEX open_order ON transport_order (state) WHERE state NOT IN ('finished', 'failed', 'cancelled');
+    CREATE INDEX open_order ON transport_order (state) \
+        WHERE state NOT IN ('finished', 'failed', 'cancelled');
     CREATE TABLE run (number INTEGER PRIMARY KEY, run_id TEXT NOT NULL);";
 
 /// The error of using a store.
@@ -62,7 +65,10 @@ pub enum StoreError {
     #[error("{} is not a store of orders, and is left as it is; choose another file", .0.display())]
     Foreign(PathBuf),
     /// It is a store of a later version of this program.
-    #[error("{} was written by a newer version of Regatta (tables {version}, not {VERSION})", path.display())]
+    #[error(
+        "{} was written by a newer version of Regatta (tables {version}, not {VERSION})",
+        path.display()
+    )]
     Newer {
         /// The file.
         path: PathBuf,
@@ -70,7 +76,10 @@ pub enum StoreError {
         version: i32,
     },
     /// It is damaged.
-    #[error("{} is damaged ({reason}), and is left as it is; move it away to begin with an empty store", path.display())]
+    #[error(
+        "{} is damaged ({reason}), and is left as it is; move it away to begin with an empty store",
+        path.display()
+    )]
     Corrupt {
         /// The file.
         path: PathBuf,
@@ -124,7 +133,7 @@ impl OrderStore {
     }
 
     /// Begins a run, or continues it if it is the last one of the store. Times and robots of other
-    /// runs are invalid in this one: their open orders begin anew at `now_secs` of it.
+    /// runs are invalid in this run: their open orders start again at `now_secs`.
     pub(super) fn restore(&mut self, run_id: u64, now_secs: f64) -> Result<Restored, StoreError> {
         self.read(run_id, now_secs).map_err(|error| sqlite_error(&self.path, &error))
     }
@@ -156,8 +165,10 @@ impl OrderStore {
         )?;
         let (mut orders, mut unplaced) = (Vec::new(), 0);
         let mut statement = transaction.prepare(
-            "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, stops, history, intended_robot
-             FROM transport_order WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY rowid",
+            "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, \
+             stops, history, intended_robot
+             FROM transport_order WHERE state NOT IN ('finished', 'failed', 'cancelled')
+             ORDER BY rowid",
         )?;
         let mut rows = statement.query([])?;
         while let Some(row) = rows.next()? {

@@ -5,6 +5,8 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
 
+use glam::Vec2;
+
 use super::figures::Figures;
 use super::order::{NewOrder, Order, OrderName};
 use super::store::Writer;
@@ -107,7 +109,8 @@ pub enum WithdrawError {
     Over,
     /// Its robot has handled its first stop.
     #[error(
-        "its robot has handled the first stop already; withdraw it with `immediate=true` if its load may stay on the robot"
+        "its robot has handled the first stop already; withdraw it with `immediate=true` if its \
+         load may stay on the robot"
     )]
     Begun,
 }
@@ -129,7 +132,7 @@ pub struct Vehicle {
     /// The id of the edge that it is on.
     pub edge: Option<u32>,
     /// Metres east and north of the world's origin.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// Its battery's charge in per cent, if it has one.
     pub energy_level: Option<u8>,
     /// The name of its order.

@@ -124,7 +124,7 @@ impl VehicleView {
             edge: vehicle.edge,
             energy_level: vehicle.energy_level,
             name: vehicle.robot.to_string(),
-            position: vehicle.position.map(f64::from),
+            position: vehicle.position.as_dvec2().to_array(),
             state: vehicle.state,
             transport_order: vehicle.transport_order.as_ref().map(ToString::to_string),
         }

@@ -82,8 +82,12 @@ impl Charging {
             if at.stop.is_some() { None } else { robot.idle_since.or(Some(now_secs)) };
         let is_flat = at.is_broken && robot.charge <= 0.0;
         let before = robot.phase;
-        let chargers = &self.chargers;
-        let has_left = |charger: usize| at.node.is_some_and(|end| end != chargers[charger].node);
+        let has_left = match before {
+            Phase::Resting(charger) | Phase::Leaving(charger, _) => {
+                at.node.is_some_and(|end| end != self.chargers[charger].node)
+            }
+            _ => false,
+        };
         robot.phase = match before {
             Phase::Flat if at.is_broken => Phase::Flat,
             Phase::Flat => Phase::Free,
@@ -92,14 +96,14 @@ impl Charging {
             Phase::Going(_) if at.is_unreachable => Phase::Waiting,
             Phase::Going(charger) if at.has_arrived => Phase::Charging(charger),
             Phase::Charging(charger) if robot.charge >= settings.full => Phase::Resting(charger),
-            Phase::Resting(charger) if has_left(charger) => Phase::Free,
+            Phase::Resting(_) if has_left => Phase::Free,
             Phase::Leaving(..) if at.stop.is_some() || at.has_arrived || at.is_unreachable => {
                 Phase::Free
             }
             same => same,
         };
         let (after, robot) = (robot.phase, at.robot);
-        let is_away = matches!(before, Phase::Leaving(charger, _) if has_left(charger));
+        let is_away = has_left && matches!(before, Phase::Leaving(..));
         if is_away
             || (before != after && matches!(after, Phase::Free | Phase::Waiting | Phase::Flat))
         {

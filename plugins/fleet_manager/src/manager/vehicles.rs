@@ -4,6 +4,7 @@ use crate::run_figures::Doing;
 use regatta_plugin::activity::Activity;
 use std::time::{Duration, Instant};
 
+use glam::vec2;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use super::{Manager, Progress};
@@ -49,7 +50,7 @@ impl Manager {
             activity: self.activity(robot as u32).name(),
             node: self.last_node(robot as u32),
             edge: edge.map(|edge| self.steering.roads().edge(edge).id),
-            position: [columns.x[robot], columns.y[robot]],
+            position: vec2(columns.x[robot], columns.y[robot]),
             energy_level: charge.map(|charge| charge.round().clamp(0.0, 100.0) as u8),
             transport_order: None,
         }

@@ -115,7 +115,8 @@ impl Backstop {
         }
     }
 
-    /// Begins to help robots that stand; `None` if they are in a region already, or can't be helped.
+    /// Begins to help robots that stand; `None` if they are in a region already, or can't be
+    /// helped.
     fn case(&self, traffic: &Traffic<'_>, seeds: Vec<u32>, size: Size) -> Option<Case> {
         let region = (1..=size.ways)
             .rev()

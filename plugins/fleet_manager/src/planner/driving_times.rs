@@ -3,7 +3,9 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-use crate::roads::{Leg, Roads, Rows};
+use regatta_base::rows::Rows;
+
+use crate::roads::{Leg, Roads};
 
 /// The largest number of times that are kept: 64 MB. Times to further goals are estimated.
 const MOST_NUMBERS: usize = 16_000_000;
@@ -89,8 +91,8 @@ impl DrivingTimes {
 }
 
 /// Lowers the costs of nodes to those of the cheapest ways from some starts with given costs, by
-/// Dijkstra's algorithm. `ways` returns for a node and the cost to it the nodes to which a way leads
-/// from there, each with the total cost.
+/// Dijkstra's algorithm. `ways` returns for a node and the cost to it the nodes to which a way
+/// leads from there, each with the total cost.
 pub(super) fn lower_costs<C: Copy + Ord, W: Iterator<Item = (u32, C)>>(
     costs: &mut [C],
     starts: impl IntoIterator<Item = (u32, C)>,

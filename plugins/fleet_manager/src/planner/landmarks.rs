@@ -6,8 +6,9 @@
 //! graphs in the plane: one near the rim in each direction.
 
 use super::driving_times::lower_costs;
-use crate::roads::{Roads, Rows, map_on};
+use crate::roads::{Roads, map_on};
 use glam::Vec2;
+use regatta_base::rows::Rows;
 
 /// The number of landmarks: the times of a node then fill a cache line.
 const LANDMARKS: usize = 16;
@@ -15,16 +16,16 @@ const LANDMARKS: usize = 16;
 /// Driving times in forward gear between all nodes and some landmarks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmarks {
-    /// By node: the times to each landmark, and from each, in units; the largest number is also that
-    /// of longer ways, and of ways that don't exist.
+    /// By node: the times to each landmark, and from each, in units; the largest number is also
+    /// that of longer ways, and of ways that don't exist.
     times: Vec<[[u16; LANDMARKS]; 2]>,
     /// Seconds; a power of two.
     unit: f32,
 }
 
 impl Landmarks {
-    /// Computes all driving times at once, on all cores. `delay` is, by edge, the least time that it
-    /// takes beyond that on empty roads, in seconds.
+    /// Computes all driving times at once, on all cores. `delay` is, by edge, the least time that
+    /// it takes beyond that on empty roads, in seconds.
     pub fn new(roads: &Roads, delay: &[f32]) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let mut survey = Survey::new(roads, delay);
@@ -74,7 +75,7 @@ impl Survey {
         survey
     }
 
-    /// Begins anew, with other delays.
+    /// Starts again, with other delays.
     pub fn begin(&mut self, roads: &Roads, delay: &[f32]) {
         let fastest = roads.classes().iter().map(|class| class.max_speed).fold(0.0, f32::max);
         if self.trees.iter().flatten().any(|time| (LONGEST / 8 * 7..LONGEST).contains(time)) {
@@ -84,7 +85,7 @@ impl Survey {
         // Rounded down leg by leg, and not way by way: so the bound falls by no more than a leg's
         // time along it.
         let times = roads.edges().iter().zip(delay).map(|(road, delay)| {
-            let secs = road.length / road.speeds[0].min(fastest) + delay;
+            let secs = road.length / road.speed.min(fastest) + delay;
             (secs / self.unit) as u32
         });
         let times: Vec<u32> = times.collect();
@@ -163,7 +164,7 @@ struct Way {
 impl Ways {
     /// The ways away from nodes, or those towards them, without times.
     fn new(roads: &Roads, towards: bool) -> Self {
-        let edges = (0..).zip(roads.edges()).filter(|(_, edge)| edge.speeds[0] > 0.0);
+        let edges = (0..).zip(roads.edges()).filter(|(_, edge)| edge.speed > 0.0);
         let mut ways: Vec<[u32; 3]> = edges
             .map(|(index, edge)| match towards {
                 true => [edge.destination, index, edge.origin],

@@ -196,10 +196,11 @@ impl Lanes {
         std::thread::scope(|scope| {
             let mut threads = Vec::new();
             for (router, part) in self.routers.iter_mut().zip(batch.chunks(share)) {
-                let search = move || search_all(router, congestion, hints, traffic, part);
-                threads.push(scope.spawn(search));
+                threads.push(
+                    scope.spawn(move || search_all(router, congestion, hints, traffic, part)),
+                );
             }
-            // A panic goes on: routes must not go to other robots than they were searched for.
+            // A panic is propagated: robots must not get the routes of other robots.
             threads
                 .into_iter()
                 .flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))

@@ -179,7 +179,7 @@ impl Pibt {
         }
     }
 
-    /// Commands what was chosen.
+    /// Commands the chosen hops.
     fn command(
         &mut self,
         traffic: &Traffic<'_>,
@@ -200,7 +200,8 @@ impl Pibt {
                     chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none())
                 }
             };
-            // A robot that has left the place ahead has one to go on to: the way there becomes free.
+            // A robot that has left the place ahead has one to go on to: the way there becomes
+            // free.
             if has_place {
                 plans.permit(robot).follows = true;
             }
@@ -300,7 +301,7 @@ fn hops(roads: &Roads, node: u32) -> Vec<Hop> {
             let edge = roads.edge(leg.edge());
             let mut legs = way.legs.clone();
             legs.push(leg);
-            let secs = way.secs + f64::from(edge.length / edge.speeds[0].max(1e-3));
+            let secs = way.secs + f64::from(edge.length / edge.speed.max(1e-3));
             let hop = Hop { legs, place: roads.end(leg), secs };
             if hop.place == node || hops.len() >= MOST_HOPS {
                 continue;

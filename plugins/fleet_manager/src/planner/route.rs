@@ -83,7 +83,8 @@ impl Router {
     /// Makes a router for some roads.
     pub fn new(roads: &Roads) -> Self {
         let legs = 2 * roads.edges().len();
-        let fastest = roads.edges().iter().flat_map(|edge| edge.speeds).fold(0.1, f32::max);
+        let speeds = roads.edges().iter().map(|edge| edge.speed.max(edge.reverse_speed));
+        let fastest = speeds.fold(0.1, f32::max);
         let mark = Mark { stamp: 0, cost: 0.0, before: NO_LEG };
         Self { marks: vec![mark; legs], fastest, ..Self::default() }
     }

@@ -1,5 +1,4 @@
-//! The planner `tea`: time-enhanced A* (TEA*), for some tens of robots whose paths shall be planned
-//! to the end.
+//! The planner `tea`: time-enhanced A* (TEA*). It plans complete paths of some tens of robots.
 //!
 //! J. Santos, P. Costa, L. Rocha, A. P. Moreira, G. Veiga: Time Enhanced A*: Towards the
 //! Development of a New Approach for Multi-Robot Coordination, 2015; as in *Robotics* 2021, 10, 55
@@ -77,8 +76,8 @@ struct Step {
 /// The path of a robot.
 #[derive(Clone, Debug, Default)]
 struct Path {
-    /// The leg on which its base ended when it was planned, and those that it then drives along,
-    /// each with the layer in which the robot reaches its end.
+    /// The leg on which the base ended at planning, and the following legs, each with the layer in
+    /// which the robot reaches its end.
     steps: Vec<Step>,
     /// Whether the robot is behind others on the first leg, and reaches its end only in that layer.
     starts_inside: bool,

@@ -25,7 +25,10 @@ const PREFIX: &str = "roads-";
 
 /// The error of keeping roads in a file. The roads can be used all the same.
 #[derive(Debug, thiserror::Error)]
-#[error("can't keep the roads in {} ({reason}); choose another folder with --cache, or use --no-cache", path.display())]
+#[error(
+    "can't keep the roads in {} ({reason}); choose another folder with --cache, or use --no-cache",
+    path.display()
+)]
 pub struct CacheError {
     path: PathBuf,
     reason: std::io::Error,

@@ -1,13 +1,15 @@
 //! Conflicts between stretches of tracks.
 //!
 //! A track is an edge, or the place of a node at which robots turn on the spot. Two robots on
-//! different tracks may touch only where a pair of the table says so. Everything is rounded
-//! outwards: a pair of poses that touch is always in the table.
+//! different tracks may touch only where the table has a pair. All values are rounded outwards, so
+//! each pair of touching poses is in the table.
 
 mod build;
 mod grid;
 
-use super::{Reader, Roads, Rows, Span, Sweep, Writer};
+use regatta_base::rows::Rows;
+
+use super::{Reader, Roads, Span, Sweep, Writer};
 
 /// A conflict between robots on two tracks. Places are metres from the origins of the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,8 +31,8 @@ impl Rectangle {
             || other.is_apart(offset, cos, sin, self.half))
     }
 
-    /// Whether one of its own axes separates it from a rectangle whose centre is at an offset, given
-    /// the absolute cosine and sine of the angle between both.
+    /// Whether one of its own axes separates it from a rectangle whose centre is at an offset,
+    /// given the absolute cosine and sine of the angle between both.
     fn is_apart(&self, offset: Vec2, cos: f32, sin: f32, other_half: Vec2) -> bool {
         self.heading.dot(offset).abs() > self.half.x + other_half.x * cos + other_half.y * sin
             || self.heading.perp_dot(offset).abs()

@@ -1,10 +1,12 @@
 //! Places where a robot may stand without blocking others than those behind it.
 //!
-//! A place of an edge is *open* if a robot that stands there is in nobody's way but on the edge
-//! itself and on those that lead straight into or out of it. A node is a *siding* if a robot that
-//! stands there is only in the way of edges that meet there.
+//! A place of an edge is *open* if a robot that stands there blocks only the edge itself, and edges
+//! that lead straight into or out of it. A node is a *siding* if a robot that stands there is only
+//! in the way of edges that meet there.
 
-use super::{Leg, Reader, Relation, Roads, Rows, Span, Writer, cores};
+use regatta_base::rows::Rows;
+
+use super::{Leg, Reader, Relation, Roads, Span, Writer, cores};
 
 /// The stopping places of robots with one footprint.
 #[derive(Clone, Debug)]

@@ -54,8 +54,8 @@ impl Steering {
         }
     }
 
-    /// Takes back what was granted to a robot and refused: the robot is stopped, and claims only
-    /// where it then stands.
+    /// Revokes the grants of a robot whose command was refused. The robot is stopped, and then
+    /// claims only its place.
     pub fn take_back(&mut self, robot: u32) {
         if self.robot(robot).is_some() {
             self.adopt(robot);
@@ -99,7 +99,7 @@ impl Steering {
         }
     }
 
-    /// Whether every robot stands, or stays within what it claims: before that, none is sent
+    /// Whether every robot stands, or stays within its claim. Before that, no robot is sent
     /// anywhere.
     pub fn is_ready(&self) -> bool {
         !self.robots.iter().flatten().any(|state| state.is_lost() && state.speed > 0.0)

@@ -1,11 +1,12 @@
 //! Closures: legs that robots out of service block, edges that a command closes, and nodes that
 //! robots could not leave again.
 
+use regatta_base::rows::Rows;
 use regatta_plugin::closure::ClosedEdge;
 
 use super::Steering;
 use crate::claims::Claims;
-use crate::roads::{Leg, Roads, Rows};
+use crate::roads::{Leg, Roads};
 
 /// The time that a robot is held or broken before the roads that it blocks are closed, in seconds.
 const CLOSE_AFTER_SECS: f64 = 10.0;
@@ -135,8 +136,8 @@ impl Closures {
             legs[leg.index()] = true;
         }
         let main = Main::of(roads, &legs);
-        // A robot ahead of a broken one still drives on, though no other can follow: only nodes that
-        // no robot can leave are closed.
+        // A robot ahead of a broken one still drives on, though no other can follow: only nodes
+        // that no robot can leave are closed.
         let cut_off = lost(&open.behind, &main.behind);
         let out_of_reach = lost(&open.ahead, &main.ahead);
         for edge in 0..roads.edges().len() as u32 {

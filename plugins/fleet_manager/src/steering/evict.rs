@@ -54,8 +54,8 @@ impl Steering {
         }
     }
 
-    /// Finds the nearest node where an idle robot is neither in the way of the robot that waits for
-    /// it, nor of one that is there already.
+    /// Finds the nearest node where an idle robot blocks neither the robot that waits for it nor a
+    /// robot that is there already.
     fn refuge(&self, idle: u32, waiting: u32) -> Option<u32> {
         let (last, start) = self.traffic().base_end(idle)?;
         let state = self.robot(idle)?;

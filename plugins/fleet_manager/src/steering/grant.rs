@@ -5,12 +5,13 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Blocker, Extension, LEAST};
 
-/// The excess length of an extension, in metres: without it, there would be one in every cycle.
+/// The excess length of an extension in metres. Without it, there would be an extension in every
+/// cycle.
 const CHUNK: f32 = 0.5;
 
 impl Steering {
-    /// Extends the bases of robots that come near to their ends; by default, the robot that was sent
-    /// the longest ago comes first.
+    /// Extends the bases of robots that come near to their ends; by default, the robot that was
+    /// sent the longest ago comes first.
     pub(super) fn extend_bases(&mut self, passed: f32) {
         self.count_admitted(passed);
         let mut due: Vec<(f64, u32)> = Vec::new();
@@ -156,8 +157,8 @@ impl Steering {
 const LONGEST_RING: usize = 128;
 
 impl Steering {
-    /// Returns the blocker of a robot at the end of its base, if that one waits for another robot,
-    /// and so on, and the last of them for the first.
+    /// Returns the blocker of a robot at the end of its base, if both are in a ring of robots that
+    /// wait for each other.
     pub(super) fn closes_ring(&self, robot: u32) -> Option<Blocker> {
         let (mut current, mut first) = (robot, None);
         for _ in 0..LONGEST_RING {

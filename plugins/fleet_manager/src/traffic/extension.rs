@@ -55,8 +55,8 @@ impl Traffic<'_> {
         self.extension_by(robot, legs, wanted, may_enter)
     }
 
-    /// As [`extension`](Self::extension), for a robot that may enter the regions that it is kept out
-    /// of now.
+    /// As [`extension`](Self::extension), for a robot that may enter the regions that it is kept
+    /// out of now.
     pub(crate) fn extension_later(&self, robot: u32, wanted: f32) -> Extension {
         let legs = self.robot(robot).map_or(0, |state| state.permit.max_legs);
         self.extension_by(robot, legs, wanted, true)
@@ -151,7 +151,7 @@ impl Traffic<'_> {
         if let Some(last) = stretches.last_mut() {
             last.to = to;
         }
-        // A few millimetres are no extension, unless they are the rest of an edge.
+        // A few millimetres don't count as an extension, unless they are the rest of an edge.
         let length = self.roads.conflicts().length(end.track);
         if let [only] = stretches.as_slice()
             && only.leg == end.leg

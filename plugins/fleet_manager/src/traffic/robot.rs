@@ -55,7 +55,7 @@ pub enum Custody {
     Steered,
     /// It is stopped, to be taken over where it stands.
     Stopping {
-        /// When it is told to stop (again), in simulated seconds.
+        /// The time at which the robot is commanded to stop (again), in simulated seconds.
         cancel_at: f64,
         /// Whether it may drive beyond what it claims until it stands.
         is_lost: bool,
@@ -137,8 +137,8 @@ pub struct Robot {
     pub(crate) sent: f64,
     /// Whether it hasn't driven since it was sent to its goal.
     pub(crate) is_fresh: bool,
-    /// The blocker of a robot that stands, and the version of its claim: until that changes, it is
-    /// still in the way.
+    /// The blocker of a standing robot, and the version of its claim. Until the version changes,
+    /// the robot stays blocked.
     pub(crate) blocked_by: Option<(Blocker, u64)>,
 }
 

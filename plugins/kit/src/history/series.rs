@@ -34,7 +34,7 @@ impl Series {
                 && after.is_none_or(|after| secs + self.gap <= after.secs))
     }
 
-    /// Adds a sample. Another run begins anew.
+    /// Adds a sample. Another run resets the series.
     pub fn add(&mut self, run: u64, sample: FleetSample) {
         if self.run != run {
             *self = Self { run, ..Self::default() };

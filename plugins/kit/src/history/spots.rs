@@ -19,10 +19,10 @@ const REACH: f32 = 5.0;
 const REACH_CELLS: i32 = (REACH / CELL) as i32 + 1;
 /// The largest number of spots of a list.
 const MAX_SPOTS: usize = 200;
-/// All cells of a list of spots are among so many of the worst, as no spot takes more than the
-/// cells around its worst one.
+/// All cells of a list of spots are among this number of the worst cells, as a spot has at most the
+/// cells around its worst cell.
 const MAX_LISTED_CELLS: usize = MAX_SPOTS * (2 * REACH_CELLS as usize + 1).pow(2);
-/// A sample stands for at most so many simulated seconds.
+/// A sample covers at most this many simulated seconds.
 const LONGEST_GAP: f64 = 60.0;
 
 /// Adds up lost time by place.
@@ -41,8 +41,9 @@ impl Spots {
         (self.run, self.began)
     }
 
-    /// Adds a frame and the pairs of robots that touch in it. It stands for the time since the one
-    /// before, unless a jump lies between them. Another run, or a time that goes back, begins anew.
+    /// Adds a frame and its pairs of touching robots. The frame covers the time since the previous
+    /// frame, unless there is a jump between them. Another run, or a step back in time, resets the
+    /// spots.
     pub fn add(&mut self, frame: &Frame<'_>, pairs: &[ContactRecord]) {
         let now = frame.sim_time().as_secs_f64();
         if self.run != frame.run_id() || self.newest.is_some_and(|(before, _)| now < before) {
@@ -57,8 +58,8 @@ impl Spots {
         }
     }
 
-    /// Returns the spots, the one that has cost the most time first: around the worst cell, then
-    /// around the worst one of the rest, and so on.
+    /// Returns the spots, the most costly first: the spot around the worst cell, then the spot
+    /// around the worst remaining cell, and so on.
     pub fn list(&self) -> Vec<HotSpot> {
         let mut taken = BTreeSet::new();
         let mut spots = Vec::new();

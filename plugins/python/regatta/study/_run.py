@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 import socket
 import subprocess
-import sysconfig
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple, TypedDict
 
-PROGRAM_VARIABLE = "REGATTA_PROGRAM"
-"""The environment variable with the program ``regatta`` that a worker uses instead of the wheel's."""
+from regatta._program import find_program
 
 PARENT_VARIABLE = "REGATTA_PARENT"
 """The program ends when the process with this id does."""
@@ -79,7 +76,7 @@ def run(
     job: bytes, layout: bytes, layout_name: str, version: str, parent: str | None, is_wanted: Callable[[], bool]
 ) -> Ended:
     """Does a run with the program of a version, in a temporary folder."""
-    program = shutil.which(os.environ.get(PROGRAM_VARIABLE, "regatta"), path=_search_path())
+    program = find_program()
     if program is None:
         return {"unfit": f"worker {_host()} has no program regatta: install the same wheel there"}
     if (found := _version(program)) != version:
@@ -89,11 +86,6 @@ def run(
             return _run_in(Path(folder), program, job, layout, layout_name, is_wanted)
     except OSError as error:
         return {"unfit": f"worker {_host()}: {error}"}
-
-
-def _search_path() -> str:
-    """The wheel's programs are beside the interpreter, which need not be on the ``PATH``."""
-    return os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)])
 
 
 def _host() -> str:

@@ -1,5 +1,7 @@
 //! Scales of axes: map values to pixels and place ticks at round numbers.
 
+use regatta_base::round;
+
 /// A linear map from a range of values to a range of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
@@ -20,7 +22,8 @@ impl Scale {
 
     /// Returns round numbers in the range, at least `distance` pixels apart.
     pub fn ticks(&self, distance: f64) -> Vec<f64> {
-        self.multiples(step((self.high - self.low) * distance / (self.to - self.from).abs()))
+        let least = (self.high - self.low) * distance / (self.to - self.from).abs();
+        self.multiples(round::up(least.max(1e-9) * 0.999))
     }
 
     /// Returns the multiples of `step` in the range.
@@ -29,16 +32,6 @@ impl Scale {
             ((self.low / step - 1e-6).ceil() as i64, (self.high / step + 1e-6).floor() as i64);
         (first..=last).map(|i| i as f64 * step).collect()
     }
-}
-
-/// Returns the smallest number of 1, 2 or 5 times a power of ten that is at least `least`.
-fn step(least: f64) -> f64 {
-    let magnitude = 10_f64.powf(least.max(1e-9).log10().floor());
-    [1.0, 2.0, 5.0]
-        .iter()
-        .map(|factor| factor * magnitude)
-        .find(|step| *step >= least * 0.999)
-        .unwrap_or(10.0 * magnitude)
 }
 
 /// Returns a tick's label, with as many decimals as needed to distinguish the ticks.

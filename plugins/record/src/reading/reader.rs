@@ -162,8 +162,8 @@ impl Recording {
         Ok(reader.next()?.map(|entry| (entry.log_time, entry.message.to_vec())))
     }
 
-    /// Returns the time and the bytes of the state of a topic before `time`. If that is lost, a
-    /// repetition of it after `time` serves as well.
+    /// Returns the time and the bytes of the state of a topic before `time`. If it is lost, a
+    /// repetition of it after `time` is used.
     pub(crate) fn state_before(
         &self,
         topic: &Topic,

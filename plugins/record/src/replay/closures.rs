@@ -53,8 +53,8 @@ impl Closures {
         self.published.clear();
     }
 
-    /// Returns the edges that are closed at a time of a recorded run, if they differ from those
-    /// that this returned last.
+    /// Returns the edges that are closed at a time of a recorded run, if they differ from the last
+    /// returned ones.
     pub fn news(&mut self, run_id: u64, time: u64) -> Option<&[ClosedEdge]> {
         let mut closed = BTreeSet::new();
         let until_now = (run_id, 0, 0)..=(run_id, time, u32::MAX);

@@ -8,7 +8,7 @@ use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::{ClockState, RobotState};
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
-use super::contact_search::ContactSearch;
+use super::search::ContactSearch;
 use super::stage::Stage;
 use super::{ReplayArgs, ReplayError};
 use crate::reading::{Entry, Reader, Recording, Selection};
@@ -31,8 +31,8 @@ pub(super) struct Replay<'recording> {
     worlds: BTreeSet<u64>,
     /// The number of changes of the world when these times were noted.
     world_changes: u64,
-    /// Decodes contacts after a jump. `None` in lockstep, in which they come with the frame, and
-    /// for a recording that was never closed, which would have to be scanned once more.
+    /// Decodes contacts after a jump. It is `None` in lockstep, where contacts come with the frame,
+    /// and for a recording that was never closed, which would have to be scanned again.
     pub contact_search: Option<ContactSearch>,
 }
 

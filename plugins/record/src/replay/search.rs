@@ -1,6 +1,8 @@
-//! The search of a recording on a thread of its own, so that a replay starts at once: first for
-//! marks and closures, which only chunks with events have; then for the history of its runs, for
-//! which all frames are read. Also reads the notes beside a recording.
+//! The searches of a recording, each on a thread of its own. A replay starts at once: the first
+//! search is for marks and closures, which only chunks with events have, then for the history of
+//! its runs, for which all frames are read. Dragging the playhead stays smooth: after a jump, the
+//! list of contacts is decoded from up to a hundred changes. The notes beside a recording are read
+//! here, too.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -12,11 +14,12 @@ use regatta_plugin::recording::{MarkKind, RecordingMark};
 
 use super::closures::ClosureChange;
 use super::history::{self, RecordedHistory};
+use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError};
 use crate::reading::{Entry, ReadingError, Recording, Selection};
 use crate::schema::Topic;
 
-/// The most marks that are kept.
+/// The maximum number of marks that are kept.
 pub(super) const MAX_MARKS: usize = 65_536;
 /// The time between two messages of the search.
 const TELL_EVERY: Duration = Duration::from_millis(250);
@@ -163,6 +166,72 @@ fn note(line: &str) -> Option<(u64, String)> {
     let (time, text) = line.trim().split_once(char::is_whitespace)?;
     let time = Duration::try_from_secs_f64(time.trim_end_matches('s').parse().ok()?).ok()?;
     Some((u64::try_from(time.as_nanos()).ok()?, text.trim().to_owned()))
+}
+
+/// The time without another jump after which the list is decoded.
+const AFTER: Duration = Duration::from_millis(150);
+
+/// A list that is due, or is being decoded.
+#[derive(Clone, Copy, Debug)]
+enum Wanted {
+    Since(Instant),
+    Asked(u64),
+}
+
+/// The thread, and the list that it is to decode.
+#[derive(Debug)]
+pub(super) struct ContactSearch {
+    requests: Sender<u64>,
+    found: Receiver<(u64, ContactDecoder)>,
+    wanted: Option<Wanted>,
+}
+
+impl ContactSearch {
+    /// Starts the thread. It ends when this is dropped, or at the first damaged message.
+    pub fn start(path: &Path) -> std::io::Result<Self> {
+        let (requests, requested) = mpsc::channel::<u64>();
+        let (find, found) = mpsc::channel();
+        let path = path.to_owned();
+        std::thread::Builder::new().name("contacts".into()).spawn(move || {
+            let Ok(recording) = Recording::open_frames(&path) else { return };
+            while let Ok(time) = requested.recv() {
+                let time = requested.try_iter().last().unwrap_or(time);
+                // The replay decodes the list again when it needs it, and reports the error.
+                let Ok(decoder) = recording.contacts_before(time.saturating_add(1)) else { return };
+                if find.send((time, decoder)).is_err() {
+                    return;
+                }
+            }
+        })?;
+        Ok(Self { requests, found, wanted: None })
+    }
+
+    /// Notes a jump.
+    pub fn jump(&mut self) {
+        self.wanted = Some(Wanted::Since(Instant::now()));
+    }
+
+    /// Requests the list at a time if it is due. Returns it once it is decoded.
+    pub fn poll(&mut self, time: u64) -> Option<ContactDecoder> {
+        match self.wanted? {
+            Wanted::Since(jumped) => {
+                if jumped.elapsed() > AFTER && self.requests.send(time).is_ok() {
+                    self.wanted = Some(Wanted::Asked(time));
+                }
+                None
+            }
+            Wanted::Asked(asked) => {
+                let (_, decoder) = self.found.try_iter().find(|(time, _)| *time == asked)?;
+                self.wanted = None;
+                Some(decoder)
+            }
+        }
+    }
+
+    /// Cancels the request for a list, and returns whether there was one.
+    pub fn cancel(&mut self) -> bool {
+        self.wanted.take().is_some()
+    }
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use crate::schema::Topic;
 
 /// The age at which a chunk is closed.
 const CHUNK_TIME: Duration = Duration::from_secs(1);
-/// After a full disk, the recording goes on when the disk has room for this many bytes.
+/// After a full disk, the recording continues when the disk has room for this many bytes.
 const ROOM_TO_RESUME: u64 = 32 << 20;
 
 /// The state of the thread that writes the files.

@@ -254,9 +254,9 @@ impl Kept {
         }
     }
 
-    /// Returns the states to repeat now, in a chunk of their own: those that the file, whose first
-    /// and newest times are given, doesn't have yet. With `again`, also those that it has only
-    /// once, or that haven't been written for a while.
+    /// Returns the states to repeat now, in a separate chunk: those that the file doesn't have yet.
+    /// The first and the newest time of the file are given. With `again`, it also returns states
+    /// that the file has only once, or that haven't been written for a while.
     fn due(&mut self, (first, newest): (u64, u64), again: bool) -> Vec<Queued> {
         let now = Instant::now();
         let mut due = Vec::new();

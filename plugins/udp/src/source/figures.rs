@@ -51,8 +51,8 @@ impl Source {
             .as_ref()
             .map_or(String::new(), |answers| format!(", {} answered", answers.outlet.sent.lines));
         format!(
-            "{lines} lines of {} robots received in {datagrams} datagrams ({bytes} bytes){answered} {}; {} frames, \
-             {} late; ignored: {}",
+            "{lines} lines of {} robots received in {datagrams} datagrams ({bytes} bytes)\
+             {answered} {}; {} frames, {} late; ignored: {}",
             standing + driving,
             self.effort,
             session.tick(),
@@ -68,12 +68,15 @@ impl Source {
             return;
         }
         let Intake { lines, datagrams, bytes, faults, .. } = self.intake;
+        let answers = self.answers.as_ref().map(|answers| answers.outlet.sent.lines);
         let json = serde_json::json!({
-            "lines": lines, "datagrams": datagrams, "bytes": bytes, "dropped_packets": self.socket.dropped(),
+            "lines": lines, "datagrams": datagrams, "bytes": bytes,
+            "dropped_packets": self.socket.dropped(),
             "receive_buffer_bytes": self.socket.receive_buffer_bytes(),
-            "malformed": faults.malformed, "negative_ids": faults.negative_id, "ids_too_large": faults.id_too_large,
-            "not_finite": faults.not_finite, "oversized_datagrams": faults.oversized,
-            "answers": self.answers.as_ref().map(|answers| answers.outlet.sent.lines), "commands_refused": session.commands_refused(),
+            "malformed": faults.malformed, "negative_ids": faults.negative_id,
+            "ids_too_large": faults.id_too_large, "not_finite": faults.not_finite,
+            "oversized_datagrams": faults.oversized,
+            "answers": answers, "commands_refused": session.commands_refused(),
             "frames": session.tick(), "late_ticks": session.late_ticks(),
             "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(),
         });
@@ -87,7 +90,8 @@ impl Trouble {
         for (count, what) in [
             (
                 self.dropped,
-                "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)",
+                "packets dropped by the system, of up to 64 datagrams each (the receive buffer was \
+                 full)",
             ),
             (self.commands_refused, "commands refused (the sender of the poses drives the robots)"),
             (self.answers_refused, "answers not sent"),

@@ -79,7 +79,7 @@ mod tests {
 
     use super::*;
     use crate::socket::Socket;
-    use crate::source::options::SourceOptions;
+    use crate::source::SourceOptions;
     use regatta_kit::parse;
 
     #[test]

@@ -391,7 +391,7 @@ fn numbered(log: &[(u64, OrderRecord)], first: u64, early: u64) -> Vec<(Kind, u6
 #[test]
 fn what_was_logged_before_the_judge_joined_is_unknown() {
     assert_eq!(numbered(&transport(), 1, 0), []);
-    assert_eq!(numbered(&transport()[3..], 4, 0), [], "joined after the stops were told");
+    assert_eq!(numbered(&transport()[3..], 4, 0), [], "joined after the stops were recorded");
     assert_eq!(
         numbered(&transport()[3..], 1, 0)[0].0,
         Kind::ContradictoryRecords,

@@ -126,8 +126,8 @@ impl Renderer {
         self.drawn.map_or(Vec2::ONE, |(view, _)| Vec2::new(view.viewport.x, view.viewport.y))
     }
 
-    /// Returns the item that the last picture shows at a pixel, counted from its top left. Waits for the
-    /// GPU.
+    /// Returns the item that the last picture shows at a pixel, counted from its top left. Waits
+    /// for the GPU.
     pub fn pick(&self, pixel: Vec2) -> Option<Item> {
         let (mut view, layers) = self.drawn?;
         view.crop = Pick::crop(pixel, Vec2::new(view.viewport.x, view.viewport.y));

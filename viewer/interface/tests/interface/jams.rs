@@ -56,13 +56,11 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
     let routes = HeatFacts { heat: "routes".parse().expect("a heat map"), edges: 0, ..facts };
     harness.state_mut().jams.heat = Some(routes);
     settle(&mut harness);
-    harness.get_by_label("no routes are known: none in lockstep, none of recordings");
+    harness.get_by_label("no routes: not available in lockstep and in recordings");
     harness.state_mut().jams.heat = Some(HeatFacts { has_routes: true, ..routes });
     settle(&mut harness);
     assert!(
-        harness
-            .query_by_label("no routes are known: none in lockstep, none of recordings")
-            .is_none()
+        harness.query_by_label("no routes: not available in lockstep and in recordings").is_none()
     );
     harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
     settle(&mut harness);
@@ -272,7 +270,7 @@ fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_looks_back()
     harness.get_by_label("0.75");
     harness.get_by_label("not published");
     click_into_a_plot(&mut harness);
-    harness.get_by_label("of this run, only what is after 01:13.46 is kept");
+    harness.get_by_label("only the part of this run after 01:13.46 is kept");
     harness.state_mut().jams.series = (76..=82).map(sample).collect();
     settle(&mut harness);
     click_into_a_plot(&mut harness);

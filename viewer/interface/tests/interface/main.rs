@@ -23,10 +23,10 @@ use regatta_interface::log::{
     AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogLosses, LogReport, MAX_ALARMS, Place, Severity,
 };
 use regatta_interface::orders::{RobotOrder, Stop};
+use regatta_interface::performance::Timing;
 use regatta_interface::robot_filter::{Filter, MatchCounts, Matches, RobotSet};
 use regatta_interface::rows::{Rows, SortBy};
 use regatta_interface::settings::{LeftPanel, RightPanel, Settings};
-use regatta_interface::timing::Timing;
 use regatta_interface::view_model::{
     Action, Counts, EngineState, Item, Live, RunningUdp, Timeline, ViewModel,
 };
@@ -44,7 +44,7 @@ use regatta_plugin::{Contacts, Frame};
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::heat::{Heat, HeatFacts};
 use regatta_scene::palette::{Colouring, Legend, Theme};
-use regatta_scene::plans::{Coverage, PlanFacts};
+use regatta_scene::plans::{Coverage, PlanFacts, Waiting};
 use regatta_scene::route::{Remaining, RouteLength};
 
 /// A fleet of robots in a row, and the interface that shows it.

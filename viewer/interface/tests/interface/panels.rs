@@ -65,7 +65,8 @@ fn who_waits_is_switched_on_and_counted() {
     press(&mut harness, Key::B);
     assert!(harness.state().interface.settings.waits);
     harness.get_by_label("who waits: not published");
-    harness.state_mut().plans = PlanFacts { waiting: Some([17, 4]), ..PlanFacts::default() };
+    let waiting = Some(Waiting { robots: 17, in_rings: 4 });
+    harness.state_mut().plans = PlanFacts { waiting, ..PlanFacts::default() };
     settle(&mut harness);
     harness.get_by_label("waits for (17)");
     harness.get_by_label("ring of waiting (4)");
@@ -83,7 +84,7 @@ fn counts_of_plans_say_that_they_are_of_robots_that_match() {
         is_filtered: true,
         routes: Some(routes),
         has_goals: true,
-        waiting: Some([2, 0]),
+        waiting: Some(Waiting { robots: 2, in_rings: 0 }),
     };
     let harness = harness(fixture);
     for text in [

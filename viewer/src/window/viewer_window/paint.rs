@@ -11,8 +11,8 @@ use wgpu::CommandEncoder;
 use super::{ViewerWindow, size_of};
 use crate::window::surface::{Canvas, NoCanvas, WindowSurface, create_surface};
 
-/// Changes of textures that are forgotten if winit panics because the display has gone: egui's own
-/// would panic once more, which ends the process (in builds with debug assertions).
+/// Changes of textures that are forgotten if winit panics because the display has gone. egui's own
+/// type would panic again, which ends the process (in builds with debug assertions).
 struct TextureChanges(egui::TexturesDelta);
 
 impl Drop for TextureChanges {
@@ -87,8 +87,8 @@ impl ViewerWindow {
         if beside.is_empty() {
             return;
         }
-        let place = |part: Rect| pixels(part, scale, canvas.size).0.min(canvas.size - size);
-        let places: Vec<_> = beside.iter().map(|(_, part)| place(*part)).collect();
+        let corners = beside.iter().map(|(_, part)| pixels(*part, scale, canvas.size).0);
+        let places: Vec<_> = corners.map(|corner| corner.min(canvas.size - size)).collect();
         for ((level, _), view) in beside.iter().zip(self.insets.make_room(beside.len(), size)) {
             self.stage.draw_beside(encoder, view, level, &camera, size, alpha);
         }

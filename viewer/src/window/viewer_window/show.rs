@@ -1,4 +1,4 @@
-//! The exchange with the interface: what it shows, and the actions that it returns.
+//! The exchange with the interface: the shown data, and the returned actions.
 
 use std::time::{Duration, Instant};
 
@@ -101,8 +101,7 @@ impl ViewerWindow {
         (picture, output, actions)
     }
 
-    /// Width and height of the picture of a level in pixels, as far as it is known from the last
-    /// one.
+    /// Width and height of the picture of a level in pixels, if known from the last picture.
     fn picture_size(&self) -> UVec2 {
         let size = self.stage.renderer.drawn_size().as_uvec2();
         if size == UVec2::ONE { size_of(&self.window) } else { size }
@@ -173,7 +172,7 @@ impl ViewerWindow {
         }
     }
 
-    /// Writes a plan of the shown time and level into the current folder, and says where it is.
+    /// Writes a plan of the shown time and level into the current folder, and shows its path.
     fn write_svg(&mut self) {
         let path = svg_path(&self.stage, &self.fleet);
         let written = self.stage.svg(&self.name, self.stage.scene.theme, None);

@@ -1,22 +1,22 @@
-//! Cubics that follow a rational Bézier curve within a tolerance: least squares with the tangents
-//! of the curve at both ends, and halving where that isn't close enough.
+//! Fits cubics to a rational Bézier curve within a tolerance, by least squares with the curve's
+//! tangents at both ends. Where the fit isn't close enough, the curve is halved.
 
 use glam::{DVec2, DVec3};
 use regatta_base::bezier::{CubicBezier, Side};
 
 use super::{HEADING_TOLERANCE, TOLERANCE, project};
 
-/// The number of intervals between the points of a curve that a cubic is fitted to.
+/// The number of intervals between the points of a curve to which a cubic is fitted.
 const INTERVALS: usize = 24;
 
 /// The number of times that the points' parameters are corrected.
 const ROUNDS: usize = 6;
 
-/// The number of halvings after which a cubic is accepted, whatever its error.
+/// A cubic is accepted after this many halvings, whatever its error.
 const MAX_DEPTH: u32 = 8;
 
-/// The number of halvings after which a cubic is accepted, whatever the error of its heading: where
-/// a curve has a corner or is tiny, more don't help.
+/// A cubic is accepted after this many halvings, whatever the error of its heading. At corners and
+/// on tiny curves, more halvings don't help.
 const MAX_HEADING_DEPTH: u32 = 4;
 
 /// The relative difference of weights that is a rounding error.
@@ -101,7 +101,7 @@ impl RationalBezier {
             .map_or(DVec2::ZERO, DVec2::normalize)
     }
 
-    /// Whether the curve may move against the direction from its start to its end: judged by its
+    /// Whether the curve may move against the direction from its start to its end, judged by its
     /// control points.
     fn turns_back(&self) -> bool {
         let points: Vec<DVec2> = self.0.iter().map(|point| project(*point)).collect();
@@ -114,15 +114,15 @@ impl RationalBezier {
     }
 }
 
-/// Replaces each point by the one at `parameter` on the way to the next; the last stays.
+/// Interpolates each point with the next at `parameter`. The last point stays.
 fn halfway(points: &mut [DVec3], parameter: f64) {
     for index in 1..points.len() {
         points[index - 1] = points[index - 1].lerp(points[index], parameter);
     }
 }
 
-/// Appends cubics along a curve and returns the greatest distance in metres. There are no halvings
-/// where there are more than `max_cubics`.
+/// Appends cubics along a curve. Returns the largest distance in metres. Halving stops at
+/// `max_cubics`.
 pub(super) fn fit(curve: &RationalBezier, cubics: &mut Vec<CubicBezier>, max_cubics: usize) -> f64 {
     fit_or_halve(curve, cubics, max_cubics, MAX_DEPTH)
 }
@@ -192,9 +192,9 @@ fn hermite(curve: &RationalBezier) -> CubicBezier {
     CubicBezier { control_points }
 }
 
-/// Returns the cubic with the tangents of the curve at its ends that is closest to the samples, and
-/// its distance; `None` if the curve turns back, so that nearest points say nothing about it, or
-/// has no tangents.
+/// Returns the cubic closest to the samples among those with the curve's tangents at both ends, and
+/// its distance. Returns `None` if the curve has no tangents, or turns back, so that nearest points
+/// aren't unique.
 fn least_squares(curve: &RationalBezier, samples: &[DVec2]) -> Option<(CubicBezier, f64)> {
     if curve.turns_back() {
         return None;
@@ -218,13 +218,13 @@ fn least_squares(curve: &RationalBezier, samples: &[DVec2]) -> Option<(CubicBezi
     best
 }
 
-/// The measure that is minimized.
+/// The measure to minimize.
 #[derive(Clone, Copy, Debug)]
 enum Measure {
     /// The distance of each sample from the point at its parameter.
     Distance,
-    /// Only its part across a cubic that is already close: parameters matter less, so that few
-    /// rounds are needed.
+    /// Only the part of the distance across a cubic that is already close. It depends less on the
+    /// parameters, so that few rounds are enough.
     Across(CubicBezier),
 }
 

@@ -85,9 +85,9 @@ const END_SUFFIXES: [&str; 6] = ["nodeid", "vertexid", "pointid", "node", "verte
 #[derive(Debug)]
 pub(super) struct Column {
     pub field: Field,
-    /// As in the header.
+    /// The name in the header.
     pub name: String,
-    /// The metres, radians or metres per second of one unit, if the header says.
+    /// The metres, radians or metres per second of one unit, if the header gives a unit.
     pub unit: Option<f64>,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Row<'a> {
 
 /// An edge before its nodes are known.
 pub(super) struct EdgeRow {
-    /// Its ends and its shape aren't set.
+    /// The edge, without ends and shape.
     pub edge: LayoutEdge,
     pub from: String,
     pub to: String,
@@ -128,7 +128,7 @@ impl<'a> Row<'a> {
             let is_property = match column.field {
                 Field::Other => true,
                 Field::Id | Field::Theta | Field::Name | Field::Level | Field::Zone => false,
-                // Edges have no positions and no roles, and nodes nothing of the rest.
+                // Edges have no positions and roles. Nodes have none of the other fields.
                 Field::X | Field::Y | Field::Role => self.columns.is_edges,
                 _ => !self.columns.is_edges,
             };
@@ -145,7 +145,8 @@ impl<'a> Row<'a> {
         self.cells.get(index).filter(|cell| !cell.is_empty())
     }
 
-    /// Returns the number of a column with the factor of its unit. Other texts are errors.
+    /// Returns the number of a column with the factor of its unit. A text that isn't a number is an
+    /// error.
     fn number(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<(f64, Option<f64>)> {
         let text = self.text(field)?;
         let column = self.columns.list.iter().find(|column| column.field == field)?;

@@ -7,7 +7,7 @@ use regatta_base::bezier::CubicBezier;
 
 use crate::model::nurbs::Nurbs;
 
-/// The largest distance in metres of a cubic from the arc that it stands for.
+/// The largest distance in metres between a cubic and the arc that it approximates.
 const MAX_ERROR: f64 = 1e-6;
 
 /// The largest number of points of a spline.
@@ -48,8 +48,7 @@ impl EllipticArc {
         self.minor * parameter.cos() - self.major * parameter.sin()
     }
 
-    /// Returns cubics of which none is further than [`MAX_ERROR`] from the arc if its unit is
-    /// `scale` metres.
+    /// Returns cubics within [`MAX_ERROR`] of the arc, if its unit is `scale` metres.
     pub fn cubics(&self, scale: f64) -> Vec<CubicBezier> {
         let radius = self.major.length().max(self.minor.length()) * scale;
         let span = self.to - self.from;
@@ -57,34 +56,38 @@ impl EllipticArc {
         while error(radius, span / f64::from(count)) > MAX_ERROR && count < 64 {
             count += 1;
         }
-        let parameter = |index: u32| self.from + span * f64::from(index) / f64::from(count);
-        (0..count).map(|index| self.cubic(parameter(index), parameter(index + 1))).collect()
+        (0..count).map(|index| self.part(index, count)).map(|part| part.cubic()).collect()
     }
 
     /// Returns the parts within quarters of a turn, so that no part is closed.
     pub fn quarters(&self) -> impl Iterator<Item = Self> {
-        let (whole, span) = (*self, self.to - self.from);
-        (0..4).map(move |quarter| {
-            let parameter = |index: i32| whole.from + span * f64::from(index) / 4.0;
-            Self { from: parameter(quarter), to: parameter(quarter + 1), ..whole }
-        })
+        let whole = *self;
+        (0..4).map(move |quarter| whole.part(quarter, 4))
     }
 
-    fn cubic(&self, from: f64, to: f64) -> CubicBezier {
-        let handle = 4.0 / 3.0 * ((to - from) / 4.0).tan();
-        let (start, end) = (self.point(from), self.point(to));
+    /// Returns one of `count` equal parts.
+    fn part(&self, index: u32, count: u32) -> Self {
+        let span = self.to - self.from;
+        let [from, to] =
+            [index, index + 1].map(|index| self.from + span * f64::from(index) / f64::from(count));
+        Self { from, to, ..*self }
+    }
+
+    fn cubic(&self) -> CubicBezier {
+        let handle = 4.0 / 3.0 * ((self.to - self.from) / 4.0).tan();
+        let (start, end) = (self.point(self.from), self.point(self.to));
         let control_points = [
             start,
-            start + self.derivative(from) * handle,
-            end - self.derivative(to) * handle,
+            start + self.derivative(self.from) * handle,
+            end - self.derivative(self.to) * handle,
             end,
         ];
         CubicBezier { control_points }
     }
 }
 
-/// Returns the distance of the usual cubic from an arc of an angle in radians: 4/27 · sin⁶(a/4) /
-/// cos²(a/4) of the radius.
+/// Returns the distance between an arc and its standard cubic: 4/27 · sin⁶(a/4) / cos²(a/4) of the
+/// radius. The angle is in radians.
 fn error(radius: f64, angle: f64) -> f64 {
     let (sin, cos) = (angle / 4.0).sin_cos();
     radius * 4.0 / 27.0 * sin.powi(6) / cos.powi(2)

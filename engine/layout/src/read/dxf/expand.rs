@@ -19,7 +19,8 @@ const MAX_STEPS: usize = 1_000_000;
 /// The largest number of cubics of all curves.
 const MAX_CUBICS: usize = 1_000_000;
 
-/// The largest coordinate in metres: the graph's are smaller, but its origin may be moved.
+/// The largest coordinate in metres. Coordinates of a graph are smaller, but its origin may be
+/// moved.
 const MAX_COORDINATE: f64 = 1e7;
 
 /// A curve of a drawing in metres: cubics end to end, at least one.
@@ -70,7 +71,7 @@ impl<'a> Expander<'a> {
 
     fn entity(&mut self, entity: &'a Entity, place: Place<'a>) {
         self.steps += 1;
-        // Those in blocks may be read many times.
+        // Entities in blocks may be read many times.
         if place.depth > 0 {
             self.steps += size(&entity.specific);
         }
@@ -133,8 +134,8 @@ impl<'a> Expander<'a> {
         }
     }
 
-    /// Returns the curves of an entity in the plane of its normal: as seen from above, or from
-    /// below for a normal downwards.
+    /// Returns the curves of an entity in the plane of its normal, seen from above. With a normal
+    /// downwards, the plane is seen from below.
     fn plane(
         &mut self,
         normal: &Vector,
@@ -239,7 +240,7 @@ impl<'a> Expander<'a> {
     }
 }
 
-/// Returns the number of points of an entity, which take as long as so many entities.
+/// Returns the number of points of an entity. Each point takes as long as an entity.
 fn size(entity: &EntityType) -> usize {
     match entity {
         EntityType::LwPolyline(line) => line.vertices.len(),
@@ -271,7 +272,7 @@ fn point(point: &Point) -> DVec2 {
     DVec2::new(point.x, point.y)
 }
 
-/// Returns the metres of a unit, at most.
+/// Returns the largest length of a unit in metres.
 fn scale(to_metres: &DAffine2) -> f64 {
     to_metres.matrix2.x_axis.length().max(to_metres.matrix2.y_axis.length())
         * std::f64::consts::SQRT_2
@@ -313,7 +314,7 @@ fn segment(start: DVec2, end: DVec2, bulge: f64, scale: f64) -> Vec<CubicBezier>
         return vec![CubicBezier::straight(start, end)];
     }
     let mut cubics = EllipticArc::bulged(start, end, bulge).cubics(scale);
-    // Rounding errors of the centre would leave gaps.
+    // The ends are set because rounding errors of the centre would leave gaps.
     if let Some(first) = cubics.first_mut() {
         first.control_points[0] = start;
     }

@@ -7,19 +7,19 @@ use regatta_base::bezier::CubicBezier;
 
 use super::expand::Curve;
 
-/// The distance in metres within which ends are the same place.
+/// Ends within this distance in metres are at the same place.
 pub const TOLERANCE: f64 = 1e-3;
 
 /// The distance in metres within which ends that don't meet are reported.
 pub const NEAR: f64 = 0.1;
 
-/// The intervals of a cubic in which the point nearest to a node is searched.
+/// The number of intervals of a cubic for the search of the point nearest to a node.
 const INTERVALS: u32 = 16;
 
-/// The largest number of comparisons of a node with a part of a curve: some seconds.
+/// The largest number of comparisons of nodes with parts of curves. They take some seconds.
 const MAX_COMPARISONS: u64 = 100_000_000;
 
-/// Curves between places where their ends meet.
+/// Curves that are joined where their ends meet.
 #[derive(Debug, Default)]
 pub struct Network {
     /// The places, with the byte offset of the first curve that ends there.
@@ -27,11 +27,11 @@ pub struct Network {
     pub links: Vec<Link>,
     /// Ends that nearly meet another curve, with the distance in metres.
     pub near_misses: Vec<(usize, f64)>,
-    /// The curves that are left out since they are shorter than the tolerance, or drawn a second
-    /// time.
+    /// The curves that are left out because they are shorter than the tolerance, or repeat another
+    /// one.
     pub short: Vec<u32>,
     pub repeated: Vec<u32>,
-    /// Whether not all nodes have been compared with all curves near them.
+    /// Whether some nodes haven't been compared with all curves near them.
     pub is_partial: bool,
 }
 
@@ -223,7 +223,7 @@ struct Nearest {
     distance: f64,
 }
 
-/// Nodes by square cells, some one node in each.
+/// Nodes by square cells, with about one node in each.
 struct NodeIndex {
     size: f64,
     nodes: BTreeMap<[i64; 2], Vec<usize>>,
@@ -249,13 +249,14 @@ impl NodeIndex {
         let mut found: BTreeMap<usize, Nearest> = BTreeMap::new();
         for (cubic, content) in link.curve.cubics.iter().enumerate() {
             let (count, bend) = chords(content, self.size, nodes.len());
-            let parameter = |index: u32| f64::from(index) / f64::from(count);
-            for (from, to) in (0..count).map(|index| (parameter(index), parameter(index + 1))) {
+            for chord in 0..count {
+                let [from, to] =
+                    [chord, chord + 1].map(|index| f64::from(index) / f64::from(count));
                 let (start, end) = (content.position(from), content.position(to));
                 let margin = reach + bend;
                 let candidates =
                     self.candidates(start.min(end) - margin, start.max(end) + margin, nodes.len());
-                // Chords without candidates take time too.
+                // Chords without candidates also take time.
                 self.comparisons += 1 + candidates.len() as u64;
                 if self.comparisons > MAX_COMPARISONS {
                     return found.into_iter().collect();
@@ -278,8 +279,8 @@ impl NodeIndex {
         found.into_iter().collect()
     }
 
-    /// Returns the nodes in the cells between two corners; all of `count` nodes where these cells
-    /// are more, as along a line that is much longer than the rest of the drawing.
+    /// Returns the nodes in the cells between two corners. If there are more cells than nodes, it
+    /// returns all `count` nodes, as along a line that is much longer than the rest of the drawing.
     fn candidates(&self, min: DVec2, max: DVec2, count: usize) -> Vec<usize> {
         let sides = (max / self.size).floor() - (min / self.size).floor() + 1.0;
         if sides.x * sides.y > count as f64 {
@@ -293,8 +294,7 @@ impl NodeIndex {
     }
 }
 
-/// Returns the extent of coordinates without the outermost, so that those far from the rest don't
-/// make the cells large.
+/// Returns the extent of coordinates without outliers, which would make the cells large.
 fn extent(mut coordinates: Vec<f64>) -> f64 {
     coordinates.sort_unstable_by(f64::total_cmp);
     let outermost = coordinates.len() / 50;
@@ -302,9 +302,9 @@ fn extent(mut coordinates: Vec<f64>) -> f64 {
     coordinates.get(last).zip(coordinates.get(outermost)).map_or(0.0, |(last, first)| last - first)
 }
 
-/// Returns the number of equal intervals of a cubic whose chords have at most about a length, and
-/// the largest distance of the curve from its chords. There are not many more chords than nodes,
-/// since each is compared with some nodes.
+/// Returns the number of equal intervals of a cubic whose chords are at most about as long as
+/// `length`, and the largest distance of the curve from its chords. The number of chords is limited
+/// by that of nodes, because each chord is compared with some nodes.
 fn chords(cubic: &CubicBezier, length: f64, nodes: usize) -> (u32, f64) {
     let is_straight = is_straight(std::slice::from_ref(cubic));
     let least = if is_straight { 1.0 } else { f64::from(INTERVALS) };

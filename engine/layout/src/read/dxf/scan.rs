@@ -1,9 +1,8 @@
-//! The pairs of group code and value that a DXF file consists of: a copy with only what the reader
-//! uses.
+//! Scans the pairs of group code and value of a DXF file, and copies those that the reader uses.
 //!
-//! The crate `dxf` drops the rest of a section without a word at the first value that it can't
-//! read, recurses into nested application data, and decodes the pictures of previews. So it gets
-//! only entities and groups that are used, with values that have been checked.
+//! The crate `dxf` silently drops the rest of a section after a value that it can't read. It also
+//! recurses into nested application data, and decodes preview pictures. So it gets only entities
+//! and groups that are used, with checked values.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -14,8 +13,8 @@ use crate::read::file::{Ignored, SyntaxError};
 /// The largest number of entities, vertices of old polylines included: each takes about a kilobyte.
 const MAX_ENTITIES: usize = 500_000;
 
-/// The largest number of bytes of the name of a layer or a block, as in AutoCAD: each line has a
-/// copy of it.
+/// The largest number of bytes of the name of a layer or a block, as in AutoCAD. Each line has a
+/// copy of the name.
 const MAX_NAME: usize = 255;
 
 /// The content of a file that the reader uses.
@@ -108,7 +107,7 @@ struct Scanner<'a, 'text> {
     section: Section,
     /// Whether the last pair was `SECTION`, whose name follows.
     starts_section: bool,
-    /// The last value of group 0 if it is used, else nothing.
+    /// The last value of group 0 if it is used; empty otherwise.
     kind: &'static str,
     /// Whether the last variable of the header is `$INSUNITS`.
     is_units: bool,
@@ -157,7 +156,7 @@ impl<'a, 'text> Scanner<'a, 'text> {
         }
     }
 
-    /// Starts what a pair of group 0 starts.
+    /// Starts the section, block or entity of a pair of group 0.
     fn start(&mut self, pair: Pair<'_>) {
         self.end_layer();
         self.kind = "";
@@ -242,7 +241,7 @@ impl<'a, 'text> Scanner<'a, 'text> {
             },
         };
         let _infallible = writeln!(self.output(), "{code}\n{copy}");
-        // The crate forgets points of splines that have no height.
+        // The crate `dxf` drops points of splines without a height.
         if self.kind == "SPLINE" && (code == 20 || code == 21) {
             let _infallible = writeln!(self.output(), "{}\n0", code + 10);
         }
@@ -281,7 +280,9 @@ impl<'a, 'text> Scanner<'a, 'text> {
         self.end_block();
         let (blocks, entities) = (self.blocks, self.outside_blocks);
         self.found.text = format!(
-            "0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n"
+            "0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n\
+             0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n\
+             0\nEOF\n"
         );
         self.found
     }
@@ -316,8 +317,8 @@ fn used(kind: &str, code: i32) -> Option<Value> {
     .filter(|_| kind != "BLOCK" || [2, 8, 10, 20].contains(&code))
 }
 
-/// Returns a text in which letters beyond ASCII are escaped: the crate takes the encoding of old
-/// files for granted.
+/// Returns a text with escapes for letters beyond ASCII, because the crate `dxf` assumes the
+/// encoding of old files.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {

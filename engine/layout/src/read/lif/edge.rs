@@ -1,18 +1,21 @@
 //! Edges.
 
-use regatta_base::graph::Rotation;
+use glam::DVec2;
+use regatta_base::graph::{Ends, Rotation};
 
 use super::ids::Target;
 use super::node::{checked_angle, take_actions};
-use super::object::{Context, Object, Raw};
+use super::object::{Context, Object, Raw, number};
 use super::vehicle::Choice;
-use super::{Reader, Sheet, trajectory};
+use super::{Reader, Sheet};
+use crate::model::nurbs::{Cubics, Nurbs};
 use crate::model::tags::{Orientation, Role, Tags};
-use crate::read::layout::LayoutEdge;
+use crate::model::value::shorten;
+use crate::read::layout::{LayoutEdge, Shape};
 
 impl<'text> Reader<'_, '_, 'text> {
-    /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that
-    /// of the edge from 1.
+    /// Reads an edge and its actions. The numbers are the index of the layout, and the number of
+    /// the edge from 1.
     pub fn edge(
         &mut self,
         raw: Raw<'text>,
@@ -65,24 +68,26 @@ fn read_properties<'text>(
 ) -> (LayoutEdge, Role) {
     let speed = object.take_number("maxSpeed", context);
     if speed.is_some_and(|speed| speed <= 0.0) {
-        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: taken for no limit");
+        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: read as no limit");
     }
     edge.speed = speed.filter(|speed| *speed > 0.0);
     edge.orientation = orientation(&mut object, edge.at, context);
     if let Some(trajectory) = object.take_object("trajectory", "a trajectory", context) {
-        edge.shape = trajectory::read(trajectory, &edge.id, context);
+        edge.shape = read_trajectory(trajectory, &edge.id, context);
     }
     if let Some(json) = object.take_json("loadRestriction") {
         edge.tags.set("loadRestriction", &json);
     }
     let role = take_actions(&mut object, &mut edge.tags, context);
     object.keep_rest(&mut edge.tags.properties, context);
-    edge.rotation = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"]
-        .map(|key| rotation(&edge.tags, key));
+    edge.rotation = Ends {
+        origin: rotation(&edge.tags, "rotationAtStartNodeAllowed"),
+        destination: rotation(&edge.tags, "rotationAtEndNodeAllowed"),
+    };
     (edge, role)
 }
 
-/// Returns the way to turn at an end of an edge, by the property that also stays as it is.
+/// Returns the rotation at an end of an edge, from a property, which is kept.
 fn rotation(tags: &Tags, key: &str) -> Rotation {
     match tags.properties.get(key).map(|value| value.to_ascii_uppercase()).as_deref() {
         Some("NONE") => Rotation::None,
@@ -114,4 +119,66 @@ fn orientation<'text>(
             if angle == 0.0 { Orientation::Tangential } else { Orientation::Offset(angle) }
         }
     }
+}
+
+/// A larger distance in metres between a curve and its cubics is reported.
+const MAX_ERROR: f64 = 0.001;
+
+/// Reads the shape of an edge, a NURBS curve. An invalid curve is read as straight, with a warning.
+fn read_trajectory<'text>(
+    mut object: Object<'text>,
+    edge: &str,
+    context: &mut Context<'_, 'text>,
+) -> Shape {
+    let at = object.at;
+    let curve = curve(&mut object, context);
+    object.ignore_rest(context);
+    match curve {
+        Ok(Cubics { cubics, error }) => {
+            if error > MAX_ERROR {
+                let message = format!(
+                    "edge `{}`: its trajectory is followed within {error:.3} m only",
+                    shorten(edge)
+                );
+                context.warning(at, message);
+            }
+            Shape::Cubics(cubics)
+        }
+        Err(reason) => {
+            let message = format!(
+                "edge `{}`: its trajectory isn't a NURBS curve: {reason}: read as straight",
+                shorten(edge)
+            );
+            context.warning(at, message);
+            Shape::Straight
+        }
+    }
+}
+
+fn curve<'text>(
+    object: &mut Object<'text>,
+    context: &mut Context<'_, 'text>,
+) -> Result<Cubics, String> {
+    let degree = object.take_number("degree", context).unwrap_or(1.0);
+    if degree.fract() != 0.0 || !(0.0..=1e6).contains(&degree) {
+        return Err(format!("the degree is {degree}"));
+    }
+    let knots = object.take_list("knotVector", context);
+    let knots: Option<Vec<f64>> = knots.into_iter().map(|raw| number(raw, context)).collect();
+    let knots = knots.ok_or("a knot isn't a number")?;
+    let (mut points, mut weights) = (Vec::new(), Vec::new());
+    for raw in object.take_list("controlPoints", context) {
+        let mut point = Object::parse(raw, "a control point", context)
+            .ok_or("a control point isn't an object")?;
+        let [x, y, weight] = ["x", "y", "weight"].map(|key| point.take_number(key, context));
+        point.ignore_rest(context);
+        let (Some(x), Some(y)) = (x, y) else {
+            return Err("a control point has no x or no y".to_owned());
+        };
+        points.push(DVec2::new(x, y));
+        weights.push(weight.unwrap_or(1.0));
+    }
+    let curve =
+        Nurbs::new(degree as usize, knots, &points, &weights).map_err(|error| error.to_string())?;
+    Ok(curve.to_cubics())
 }

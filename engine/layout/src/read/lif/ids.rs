@@ -1,4 +1,4 @@
-//! Ids that are unique in the file, although several layouts may use the same.
+//! Ids that are unique in the file, even if several layouts use the same id.
 
 use std::collections::BTreeMap;
 
@@ -15,11 +15,11 @@ pub(super) struct Ids {
     is_read: Vec<bool>,
 }
 
-/// The thing that an id refers to.
+/// The target of an id.
 pub(super) enum Target {
-    /// It is read, or doesn't exist; its unique id.
+    /// The unique id of a target that is read, or that doesn't exist.
     Known(String),
-    /// It is in a layout that isn't read.
+    /// The target is in a layout that isn't read.
     Elsewhere,
 }
 
@@ -31,7 +31,7 @@ impl Ids {
         list: impl Fn(&'s Sheet<'text>) -> &'s [Raw<'text>],
     ) -> Self {
         let mut homes: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-        // The layouts of most files can't clash: there is only one.
+        // Most files have a single layout, whose ids can't clash.
         for (index, sheet) in sheets.iter().enumerate().filter(|_| sheets.len() > 1) {
             for id in list(sheet).iter().filter_map(|raw| id(raw, key)) {
                 let homes = homes.entry(id).or_default();
@@ -50,8 +50,7 @@ impl Ids {
         if is_shared { format!("{}/{id}", self.prefixes[layout]) } else { id }
     }
 
-    /// Looks up what an id means in a layout: something of that layout if it has that id, else of
-    /// another.
+    /// Looks up the target of an id in a layout: first in that layout, then in the others.
     pub fn resolve(&self, id: String, layout: usize) -> Target {
         let homes = self.homes.get(&id).map(Vec::as_slice).unwrap_or_default();
         let home = if homes.binary_search(&layout).is_ok() {
@@ -73,7 +72,7 @@ impl Ids {
         Some((first, 1 + shared.count()))
     }
 
-    /// Returns those of some layouts that are read.
+    /// Returns those layouts that are read.
     fn read(&self, layouts: &[usize]) -> impl Iterator<Item = usize> {
         layouts.iter().copied().filter(|layout| self.is_read[*layout])
     }

@@ -1,4 +1,4 @@
-//! Nodes, stations, and what robots do there.
+//! Nodes, stations and their actions.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -139,7 +139,7 @@ pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) 
     angle
 }
 
-/// Keeps actions as a property and returns the first role that they say.
+/// Keeps actions as a property. Returns the first role among them.
 pub(super) fn take_actions(
     object: &mut Object<'_>,
     tags: &mut Tags,
@@ -168,7 +168,7 @@ pub(crate) fn roles(actions: &str) -> Vec<Role> {
     roles.filter(|role| *role != Role::None).collect()
 }
 
-/// Returns the role that an action type of VDA 5050, or a common one besides, stands for.
+/// Returns the role of an action type of VDA 5050, or of another common type.
 fn role(action: &str) -> Role {
     match action.to_ascii_lowercase().as_str() {
         "pick" | "pickup" | "load" => Role::Pick,

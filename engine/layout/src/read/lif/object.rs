@@ -1,5 +1,4 @@
-//! An object of a JSON text whose values are taken out one by one, and what is noted while doing
-//! so.
+//! An object of a JSON text whose values are taken out one by one, and the notes of the readers.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -10,16 +9,16 @@ use serde_json::value::RawValue;
 use crate::model::finding::Report;
 use crate::read::file::{Ignored, offset_of};
 
-/// The state that all steps of reading a file share.
+/// The state that the readers of a file share.
 pub(super) struct Context<'r, 'text> {
     pub text: &'text str,
     pub report: &'r mut Report<'text>,
     pub ignored: Ignored,
-    /// By message: the byte offset of the first, and the number of all.
+    /// By message: the byte offset of its first occurrence, and the number of occurrences.
     notes: BTreeMap<Cow<'static, str>, (u32, usize)>,
 }
 
-/// A list or an object that has still to be parsed.
+/// A list or an object that isn't parsed yet.
 pub(super) type Raw<'text> = &'text RawValue;
 
 impl<'r, 'text> Context<'r, 'text> {
@@ -40,12 +39,12 @@ impl<'r, 'text> Context<'r, 'text> {
         self.report.file_warning(at, message);
     }
 
-    /// Adds a warning that is given once, with the number of times.
+    /// Adds a warning, which is reported once with its number of occurrences.
     pub fn note(&mut self, at: u32, message: impl Into<Cow<'static, str>>) {
         self.notes.entry(message.into()).or_insert((at, 0)).1 += 1;
     }
 
-    /// Reports what was noted and ignored.
+    /// Reports all notes and ignored keys.
     pub fn finish(self) {
         for (message, (at, count)) in self.notes {
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
@@ -55,7 +54,7 @@ impl<'r, 'text> Context<'r, 'text> {
     }
 }
 
-/// An object of the text. Keys that nobody takes are kept by [`Object::keep_rest`] or counted as
+/// An object of the text. Keys that aren't taken are kept by [`Object::keep_rest`], or counted as
 /// ignored.
 pub(super) struct Object<'text> {
     pub at: u32,
@@ -96,7 +95,7 @@ impl<'text> Object<'text> {
         text.filter(|text| !text.is_empty())
     }
 
-    /// Takes a finite number out; a text that is a number counts.
+    /// Takes a finite number out, even if it is written as text.
     pub fn take_number(&mut self, key: &str, context: &mut Context<'_, 'text>) -> Option<f64> {
         let raw = self.take(key)?;
         let number = number(raw, context);
@@ -147,14 +146,14 @@ impl<'text> Object<'text> {
         }
     }
 
-    /// Takes a key out if it has this value, which our own writer gives it and which says nothing.
+    /// Takes a key out if it has the value that our own writer always gives it.
     pub fn drop_own(&mut self, key: &str, value: &str) {
         if self.fields.get(key).and_then(|raw| plain(raw)).as_deref() == Some(value) {
             self.fields.remove(key);
         }
     }
 
-    /// Counts all other keys as ignored, unless there is nothing in their values.
+    /// Counts all other keys as ignored, unless their values are empty.
     pub fn ignore_rest(self, context: &mut Context<'_, 'text>) {
         for (key, raw) in self.fields {
             if !["null", "\"\"", "[]", "{}"].contains(&raw.get()) {
@@ -175,7 +174,7 @@ impl<'text> Object<'text> {
     }
 }
 
-/// Returns the number of a value, or of the text that it is.
+/// Returns the number of a value, even if it is written as text.
 pub(super) fn number<'text>(raw: Raw<'text>, context: &mut Context<'_, 'text>) -> Option<f64> {
     let is_text = raw.get().starts_with('"');
     let number: f64 = plain(raw)?.trim().parse().ok().filter(|number: &f64| number.is_finite())?;

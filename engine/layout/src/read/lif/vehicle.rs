@@ -10,11 +10,11 @@ use crate::model::value::shorten;
 
 /// The vehicle type whose properties are used.
 pub(super) struct Vehicles<'a> {
-    /// That of the options.
+    /// The vehicle type of the options.
     wanted: Option<&'a str>,
-    /// The first of the file.
+    /// The first vehicle type of the file.
     first: Option<String>,
-    /// Some of the file, for messages.
+    /// Some vehicle types of the file, for messages.
     known: BTreeSet<String>,
     is_wanted_known: bool,
 }
@@ -23,9 +23,9 @@ pub(super) struct Vehicles<'a> {
 pub(super) enum Choice<'text> {
     /// The properties of the vehicle type in use.
     Some(Object<'text>),
-    /// There are none for any vehicle type.
+    /// The element has no properties.
     Empty,
-    /// There are some, but only for other vehicle types than the one of the options.
+    /// The element has properties, but none for the vehicle type of the options.
     Others,
 }
 

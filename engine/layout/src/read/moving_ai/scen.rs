@@ -1,5 +1,5 @@
-//! Scenarios of the MovingAI benchmarks: pairs of a start and a goal, and the robots of ours that
-//! drive between them.
+//! Scenarios of the MovingAI benchmarks: pairs of a start and a goal, and their conversion to a
+//! scenario of Regatta.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -94,10 +94,10 @@ fn pair(x: &str, y: &str) -> Option<[u32; 2]> {
     Some([x.parse().ok()?, y.parse().ok()?])
 }
 
-/// Makes a scenario of the first `robots` entries: each robot drives a path with the fewest edges
+/// Makes a scenario of the first `robots` entries. Each robot drives a path with the fewest edges
 /// from its start to its goal, once. `graph` is the map of the entries, as read from a file with
-/// `width` columns; `graph_file` is what the scenario calls this file. Entries whose goal can't be
-/// reached are skipped.
+/// `width` columns. `graph_file` is the path of this file in the scenario. Entries with unreachable
+/// goals are skipped.
 pub fn scenario_yaml(
     entries: &[ScenEntry],
     graph_file: &str,
@@ -105,7 +105,7 @@ pub fn scenario_yaml(
     width: u32,
     robots: usize,
 ) -> ScenarioText {
-    // JSON's strings are YAML's too, whatever characters they contain.
+    // A JSON string is also a YAML string, whatever characters it contains.
     let quoted = serde_json::Value::from(graph_file);
     let mut scenario =
         ScenarioText { text: format!("graph: {quoted}\nrobots:\n"), skipped: Vec::new() };

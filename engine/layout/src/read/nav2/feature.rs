@@ -31,7 +31,7 @@ struct RawFeature {
     properties: Option<Map<String, Value>>,
     #[serde(default)]
     geometry: Option<RawGeometry>,
-    /// `type`, and keys that aren't known.
+    /// `type`, and unknown keys.
     #[serde(flatten)]
     rest: BTreeMap<String, Value>,
 }
@@ -42,7 +42,7 @@ struct RawGeometry {
     kind: String,
     #[serde(default)]
     coordinates: Value,
-    /// Keys that aren't known.
+    /// Unknown keys.
     #[serde(flatten)]
     rest: BTreeMap<String, Value>,
 }
@@ -76,7 +76,7 @@ impl Feature {
     pub fn id(&self, key: &str) -> Option<String> {
         match self.properties.get(key)? {
             Value::String(text) => Some(text.trim().to_owned()).filter(|text| !text.is_empty()),
-            // Programs for tables write 7.0.
+            // Spreadsheets write 7.0.
             Value::Number(number) => match number.as_f64() {
                 Some(value) if value.fract() == 0.0 && value.abs() < 1e15 => {
                     Some(format!("{value:.0}"))
@@ -88,15 +88,15 @@ impl Feature {
     }
 }
 
-/// Counts keys that aren't known, unless there is nothing in their values. The type says nothing
-/// more than the geometry.
+/// Counts unknown keys, unless their values are empty. The type has no more information than the
+/// geometry.
 fn ignore(rest: &BTreeMap<String, Value>, owner: &str, at: u32, ignored: &mut Ignored) {
     for (key, _) in rest.iter().filter(|(key, value)| *key != "type" && !value.is_null()) {
         ignored.add_key(at, key, owner);
     }
 }
 
-/// Adds all positions in nested lists, and says what else they have. Real files nest the
+/// Adds all positions in nested lists, and counts their other content. Real files nest the
 /// coordinates of a LineString like those of a MultiLineString.
 fn collect(
     coordinates: &Value,
@@ -107,7 +107,7 @@ fn collect(
         return if coordinates.is_null() {
             Ok(())
         } else {
-            Err("its coordinates are no list".to_owned())
+            Err("its coordinates aren't a list".to_owned())
         };
     };
     if let [x, y, more @ ..] = list.as_slice()

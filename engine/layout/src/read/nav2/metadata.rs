@@ -1,7 +1,7 @@
-//! The metadata of a feature: what Nav2 and our writer give a meaning, and everything else as
+//! The metadata of a feature: keys that Nav2 or our writer define, and all other keys as
 //! properties.
 //!
-//! Lists and maps are kept as JSON, from which our writer makes lists and maps again.
+//! Lists and maps are kept as JSON. Our writer turns the JSON into lists and maps again.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use crate::read::file::Ignored;
 /// The largest number of bytes of a list or map that is kept as a property.
 const MAX_JSON: usize = 10_000;
 
-/// Metadata with a meaning.
+/// The values of keys that Nav2 or our writer define.
 #[derive(Debug, Default)]
 pub(super) struct Special {
     /// Radians.
@@ -28,8 +28,8 @@ pub(super) struct Special {
     pub reverse_of: Option<String>,
 }
 
-/// Returns the tags of a feature, and what its metadata means. `known` are properties that are read
-/// elsewhere.
+/// Returns the tags of a feature, and the special values of its metadata. `known` are properties
+/// that are read elsewhere.
 pub(super) fn read(feature: &Feature, known: &[&str], ignored: &mut Ignored) -> (Tags, Special) {
     let (mut tags, mut special) = (Tags::default(), Special::default());
     for (key, value) in feature.properties.iter().filter(|(key, _)| !known.contains(&key.as_str()))
@@ -52,7 +52,7 @@ fn keep(key: &str, value: &Value, feature: &Feature, tags: &mut Tags, ignored: &
     match text(value).or_else(|| {
         Some(value.to_string()).filter(|json| json.len() <= MAX_JSON && !value.is_null())
     }) {
-        // A key of the metadata may be that of a property too.
+        // A key of the metadata may also be that of a property.
         Some(text) if tags.properties.contains_key(key) => {
             tags.set(&format!("metadata.{key}"), &text)
         }
@@ -62,7 +62,7 @@ fn keep(key: &str, value: &Value, feature: &Feature, tags: &mut Tags, ignored: &
     }
 }
 
-/// Takes a value with a meaning. Returns whether it was one.
+/// Takes a value whose key Nav2 or our writer define. Returns whether it is such a key.
 fn take(key: &str, value: &Value, tags: &mut Tags, special: &mut Special) -> bool {
     match key {
         "name" | "level" | "class" => {
@@ -102,7 +102,8 @@ fn take(key: &str, value: &Value, tags: &mut Tags, special: &mut Special) -> boo
     true
 }
 
-/// Returns an angle in radians of a number, if it is no more than a full turn, or of a quaternion.
+/// Returns the angle in radians of a number or a quaternion. A number beyond a full turn isn't an
+/// angle.
 fn angle(value: &Value) -> Option<f64> {
     if let Some(angle) = value.as_f64() {
         return (angle.abs() <= 2.0 * PI).then_some(angle);

@@ -1,11 +1,10 @@
 //! Maps of Open-RMF's traffic editor: levels drawn on pictures of floor plans, on a plane in
 //! metres, or on the globe.
 //!
-//! Positions and lanes become those of the navigation graphs that Open-RMF's own generator makes of
-//! the map.
+//! The positions and lanes equal those of the navigation graphs that Open-RMF's own generator makes
+//! of the map.
 
 mod features;
-mod projection;
 mod transform;
 mod unused;
 
@@ -107,7 +106,7 @@ impl<'a, 'text> Points<'a, 'text> {
     }
 }
 
-/// Returns the directions of a lane, with the docks at its ends, as the generator does.
+/// Returns the directions of a lane, with the docks at its ends, as Open-RMF's generator does.
 fn with_docks(mut lane: Lane, vertices: &[Vertex], ignored: &mut Ignored) -> Vec<Lane> {
     let orientation = lane.properties.remove("orientation");
     lane.properties.extend(orientation.map(|value| ("orientation_constraint".to_owned(), value)));
@@ -133,7 +132,7 @@ fn parameter(root: &Tree<'_>, name: &str) -> Option<String> {
     root.get("parameters")?.get(name).and_then(plain)
 }
 
-/// Warns if the lanes belong to several graphs, which are those of different fleets.
+/// Warns if the lanes belong to several graphs, that is, to several fleets.
 fn warn_of_graphs(levels: &[Level], report: &mut Report<'_>) {
     let mut graphs: BTreeMap<&str, usize> = BTreeMap::new();
     let mut first = None;

@@ -1,4 +1,4 @@
-//! Lifts join levels: edges between the vertices in their cabins.
+//! Adds edges between the vertices in the cabin of a lift, which join the levels.
 
 use std::collections::BTreeMap;
 
@@ -61,7 +61,7 @@ fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &m
             continue;
         }
         let distance = from.vertex.position.distance(to.vertex.position);
-        // Several vertices in one cabin don't say which of them belong together.
+        // With several vertices in one cabin, the pairs are ambiguous.
         let reason = if [from, to].iter().any(|stop| counts[stop.level.name.as_str()] > 1) {
             "it has several vertices on a level"
         } else if distance.is_nan() || distance < MIN_LENGTH {

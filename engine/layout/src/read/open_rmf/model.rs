@@ -1,19 +1,19 @@
-//! The model that navigation graphs and building maps have in common: levels of vertices and lanes,
-//! in metres.
+//! The common model of navigation graphs and building maps: levels of vertices and lanes, in
+//! metres.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use super::{ids, lifts};
+use super::{MAX_NAME, lifts};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutStation};
 
-/// Keys of vertices that are `false` unless given, so that `false` says nothing.
+/// Keys of vertices that are `false` by default. The value `false` is dropped.
 const FLAGS: [&str; 4] =
     ["is_parking_spot", "is_holding_point", "is_charger", "is_passthrough_point"];
 
@@ -45,7 +45,7 @@ pub(super) struct Vertex {
     pub name: String,
     /// By key, as text.
     pub properties: BTreeMap<String, String>,
-    /// Whether it becomes a node even if it has no lane.
+    /// Whether the vertex becomes a node even without a lane.
     pub is_kept: bool,
 }
 
@@ -65,8 +65,8 @@ pub(super) struct Lane {
 impl Building {
     /// Returns the layout of one level, or of all of them.
     pub fn into_layout(mut self, options: &ReadOptions, report: &mut Report<'_>) -> Layout {
-        // Ids don't depend on the choice of the level.
-        let ids = ids::of_vertices(&self.levels);
+        // Ids must not depend on the choice of the level.
+        let ids = ids_of_vertices(&self.levels);
         let mut kept: Vec<(Level, Vec<String>)> =
             std::mem::take(&mut self.levels).into_iter().zip(ids).collect();
         if let Some(wanted) = &options.level {
@@ -147,12 +147,12 @@ impl Level {
     }
 }
 
-/// Warns of vertices that mean something, but that no robot can reach. Most vertices without lanes
+/// Warns of vertices that have a purpose, but that no robot can reach. Most vertices without lanes
 /// are corners of walls.
 fn warn_of_unused(vertices: &[Vertex], has_lane: &[bool], report: &mut Report<'_>) {
-    let is_unused = |(vertex, has_lane): &(&Vertex, &bool)| !**has_lane && vertex.has_meaning();
-    let mut unused = vertices.iter().zip(has_lane).filter(is_unused);
-    let Some((first, _)) = unused.next() else { return };
+    let without_lane = vertices.iter().zip(has_lane).filter(|(_, has_lane)| !**has_lane);
+    let mut unused = without_lane.map(|(vertex, _)| vertex).filter(|vertex| vertex.has_purpose());
+    let Some(first) = unused.next() else { return };
     let others = match unused.count() {
         0 => String::new(),
         count => format!(" (and {count} more)"),
@@ -180,8 +180,8 @@ impl Vertex {
         self.properties.get(key).is_some_and(|value| value.eq_ignore_ascii_case("true"))
     }
 
-    /// Whether it is more than a corner of a wall.
-    fn has_meaning(&self) -> bool {
+    /// Whether the vertex is more than a corner of a wall.
+    fn has_purpose(&self) -> bool {
         !self.name.is_empty() || self.role() != Role::None
     }
 
@@ -217,7 +217,8 @@ fn property<'a>(properties: &'a BTreeMap<String, String>, key: &str) -> Option<&
     properties.get(key).map(String::as_str).filter(|value| !value.is_empty())
 }
 
-/// Returns the mutex group, or a zone for what only one robot can use at a time.
+/// Returns the mutex group. Without one, `other` is the zone, which only one robot can use at a
+/// time.
 fn zone(properties: &BTreeMap<String, String>, other: Option<String>) -> Option<Box<str>> {
     let mutex =
         properties.get("mutex").or(properties.get("in_mutex")).filter(|mutex| !mutex.is_empty());
@@ -286,4 +287,50 @@ impl Lane {
             }
         }
     }
+}
+
+/// Returns the ids of the vertices of each level: the name if it is unique, `LEVEL/NAME` if it is
+/// unique on its level, and `LEVEL/INDEX` otherwise, or if the name is long.
+fn ids_of_vertices(levels: &[Level]) -> Vec<Vec<String>> {
+    let names = count(
+        levels.iter().flat_map(|level| level.vertices.iter().map(|vertex| vertex.name.clone())),
+    );
+    let on_levels = count(levels.iter().flat_map(|level| {
+        level.vertices.iter().map(|vertex| format!("{}/{}", level.name, vertex.name))
+    }));
+    let mut ids = Vec::new();
+    for level in levels {
+        let mut ids_of_level = Vec::new();
+        for (index, Vertex { name, .. }) in level.vertices.iter().enumerate() {
+            let on_level = format!("{}/{name}", level.name);
+            // Each lane copies the ids of its ends.
+            let is_short = !name.is_empty() && name.len() <= MAX_NAME;
+            // A name may look like the id of another vertex.
+            let is_id = names[name] == 1 && !on_levels.contains_key(name);
+            ids_of_level.push(if is_short && is_id && !looks_like_index(name) {
+                name.clone()
+            } else if is_short && on_levels[&on_level] == 1 && !looks_like_index(&on_level) {
+                on_level
+            } else {
+                format!("{}/{index}", level.name)
+            });
+        }
+        ids.push(ids_of_level);
+    }
+    ids
+}
+
+fn count(names: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    counts
+}
+
+/// Whether a name looks like `LEVEL/INDEX`.
+fn looks_like_index(name: &str) -> bool {
+    name.rsplit_once('/').is_some_and(|(_, index)| {
+        !index.is_empty() && index.bytes().all(|byte| byte.is_ascii_digit())
+    })
 }

@@ -400,7 +400,7 @@ fn old_maps_without_a_coordinate_system_are_told_by_their_vertices() {
     assert_eq!(Format::detect(text), Format::OpenRmf);
     let (layout, findings) = layout_of(text, None);
     assert_eq!((node(&layout, "b").position, layout.edges.len()), (DVec2::new(3.0, -4.0), 2));
-    assert!(messages(&findings).contains("one pixel is taken for one metre"));
+    assert!(messages(&findings).contains("one pixel is read as one metre"));
 }
 
 #[test]

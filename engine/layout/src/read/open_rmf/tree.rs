@@ -10,7 +10,7 @@ use crate::read::file::SyntaxError;
 /// A value with its place.
 #[derive(Debug)]
 pub(super) struct Tree<'text> {
-    /// The byte offset of the value; that of its key, if there is no value.
+    /// The byte offset of the value, or of its key if there is no value.
     pub at: u32,
     /// The byte offset of its key, for a value of a map.
     pub key_at: u32,
@@ -37,7 +37,7 @@ impl<'text> Tree<'text> {
         }
     }
 
-    /// Returns the entries of a map; none if it is something else.
+    /// Returns the entries of a map; empty for other values.
     pub fn entries(&self) -> &[(String, Tree<'text>)] {
         match &self.content {
             Content::Map(entries) => entries,
@@ -45,7 +45,7 @@ impl<'text> Tree<'text> {
         }
     }
 
-    /// Returns the items of a list; none if it is something else.
+    /// Returns the items of a list; empty for other values.
     pub fn items(&self) -> &[Tree<'text>] {
         match &self.content {
             Content::List(items) => items,
@@ -53,27 +53,27 @@ impl<'text> Tree<'text> {
         }
     }
 
-    /// Returns the items of the list of a key of a map; none if there is no such list.
+    /// Returns the items of the list at a key of a map; empty if there is no such list.
     pub fn items_of(&self, key: &str) -> &[Tree<'text>] {
         self.get(key).map(Tree::items).unwrap_or_default()
     }
 
-    /// Returns the entries of the map of a key of a map; none if there is no such map.
+    /// Returns the entries of the map at a key of a map; empty if there is no such map.
     pub fn entries_of(&self, key: &str) -> &[(String, Tree<'text>)] {
         self.get(key).map(Tree::entries).unwrap_or_default()
     }
 
-    /// Returns the text of a key of a map.
+    /// Returns the text at a key of a map.
     pub fn text_of(&self, key: &str) -> Option<String> {
         self.get(key)?.text()
     }
 
-    /// Returns the first value of a key of a map.
+    /// Returns the first value at a key of a map.
     pub fn get(&self, key: &str) -> Option<&Tree<'text>> {
         self.entries().iter().find(|(name, _)| name == key).map(|(_, value)| value)
     }
 
-    /// Returns a finite number, also if it is written as text.
+    /// Returns a finite number, even if it is written as text.
     pub fn number(&self) -> Option<f64> {
         match &self.content {
             Content::Scalar(value) => value.number().filter(|number| number.is_finite()),
@@ -81,7 +81,7 @@ impl<'text> Tree<'text> {
         }
     }
 
-    /// Returns the finite number of a key of a map.
+    /// Returns the finite number at a key of a map.
     pub fn number_of(&self, key: &str) -> Option<f64> {
         self.get(key)?.number()
     }
@@ -110,7 +110,7 @@ impl<'text> Tree<'text> {
         }
     }
 
-    /// Whether there is nothing in it: no value, or only empty texts, lists and maps.
+    /// Whether the value is empty: null, or only empty texts, lists and maps.
     pub fn is_empty(&self) -> bool {
         match &self.content {
             Content::Scalar(Value::Null) => true,
@@ -120,7 +120,7 @@ impl<'text> Tree<'text> {
         }
     }
 
-    /// Whether there is no value.
+    /// Whether the value is null.
     pub fn is_null(&self) -> bool {
         matches!(self.content, Content::Scalar(Value::Null))
     }

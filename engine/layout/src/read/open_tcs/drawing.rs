@@ -1,4 +1,4 @@
-//! The drawing of a plant model: the only place where the shapes of paths are.
+//! The drawing of a plant model. Only the drawing has the shapes of paths.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::model::value::shorten;
 use crate::read::file::Ignored;
 use crate::read::layout::Shape;
 
-/// The millimetres of a unit of drawings that give no scale.
+/// The millimetres of a unit, for drawings without a scale.
 const DEFAULT_SCALE: f64 = 50.0;
 
 /// The places of points and the shapes of paths in the drawing.
@@ -21,9 +21,10 @@ pub(super) struct Drawing {
     scale: DVec2,
     /// The drawn places of points in metres. Version 7 draws them at their positions.
     places: BTreeMap<String, DVec2>,
-    /// The connections by path, of the versions 0.0.2 and 0.0.3.
+    /// The connections by path, in the versions 0.0.2 and 0.0.3.
     connections: BTreeMap<String, Connection>,
-    /// The byte offset of the first path whose points are drawn elsewhere, and the number of all.
+    /// The byte offset of the first path whose points are drawn elsewhere, and the number of such
+    /// paths.
     transformed: Option<(u32, usize)>,
 }
 
@@ -52,8 +53,8 @@ impl Drawing {
         drawing
     }
 
-    /// Reads the drawing of a point or a path, which the versions 0.0.2 and 0.0.3 keep apart from
-    /// it.
+    /// Reads the drawing of a point or a path, which is a separate element in the versions 0.0.2
+    /// and 0.0.3.
     fn model_element(&mut self, mut element: Element<'_>) {
         let name = element.take_text("visualizedObjectName");
         let properties: BTreeMap<_, _> = element
@@ -61,22 +62,22 @@ impl Drawing {
             .into_iter()
             .map(|mut property| (property.take_text("name"), property.take_text("value")))
             .collect();
-        let get = |key: &str| properties.get(key).map_or("", |value| value.trim());
-        if let (Ok(x), Ok(y)) = (get("POSITION_X").parse::<f64>(), get("POSITION_Y").parse::<f64>())
-        {
+        let [x, y, points, kind] = ["POSITION_X", "POSITION_Y", "CONTROL_POINTS", "CONN_TYPE"]
+            .map(|key| properties.get(key).map_or("", |value| value.trim()));
+        if let (Ok(x), Ok(y)) = (x.parse::<f64>(), y.parse::<f64>()) {
             self.places.insert(name.clone(), DVec2::new(x, y) / 1000.0);
         }
-        let points = get("CONTROL_POINTS").split(';').filter_map(|pair| {
+        let points = points.split(';').filter_map(|pair| {
             let (x, y) = pair.split_once(',')?;
             Some(self.metres(DVec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)))
         });
-        let connection = Connection { kind: get("CONN_TYPE").to_owned(), points: points.collect() };
+        let connection = Connection { kind: kind.to_owned(), points: points.collect() };
         if !connection.kind.is_empty() {
             self.connections.insert(name, connection);
         }
     }
 
-    /// Reads where a point is drawn.
+    /// Reads the drawn position of a point.
     pub fn place(&mut self, point: &str, mut layout: Element<'_>, ignored: &mut Ignored) {
         if let Some(position) = layout.take_position() {
             self.places.insert(point.to_owned(), position);
@@ -160,8 +161,9 @@ impl Drawing {
         Connection { kind, points }
     }
 
-    /// Returns control points on the map of the model: if its ends are drawn elsewhere, a path is
-    /// turned, scaled and moved with them. Returns `None` if they are drawn at the same place.
+    /// Returns the control points of a path on the map of the model. If its ends are drawn
+    /// elsewhere, the path is turned, scaled and moved with them. Returns `None` if both ends are
+    /// drawn at the same place.
     fn on_map(
         &mut self,
         at: u32,
@@ -192,7 +194,7 @@ impl Drawing {
         DVec2::new(point.x, -point.y) * self.scale / 1000.0
     }
 
-    /// Warns of paths whose points are drawn elsewhere than they are.
+    /// Warns of paths whose points are drawn elsewhere.
     pub fn report(&self, report: &mut Report<'_>) {
         let Some((at, count)) = self.transformed else { return };
         let message = format!(
@@ -219,7 +221,7 @@ fn used_points(given: usize) -> usize {
     }
 }
 
-/// Returns one cubic of 1 or 2 inner points, two of 5.
+/// Returns one cubic for 1 or 2 inner points, or two cubics for 5.
 fn curve(from: DVec2, points: &[DVec2], to: DVec2) -> Vec<CubicBezier> {
     match *points {
         [a, b, middle, c, d] => {
@@ -229,7 +231,7 @@ fn curve(from: DVec2, points: &[DVec2], to: DVec2) -> Vec<CubicBezier> {
             ]
         }
         [a, b, ..] => vec![CubicBezier { control_points: [from, a, b, to] }],
-        // As openTCS draws it.
+        // The same curve as openTCS draws.
         [a] => vec![CubicBezier { control_points: [from, a, a, to] }],
         [] => vec![CubicBezier::straight(from, to)],
     }

@@ -14,7 +14,7 @@ const MAX_DEPTH: usize = 32;
 /// The largest number of attributes of an element; those of plant models have at most 10.
 const MAX_ATTRIBUTES: usize = 64;
 
-/// An element. What is taken out of it has been understood; the rest hasn't.
+/// An element. Readers take out the parts that they understand.
 #[derive(Debug)]
 pub(super) struct Element<'text> {
     /// The byte offset of its name.
@@ -27,7 +27,7 @@ pub(super) struct Element<'text> {
 }
 
 impl<'text> Element<'text> {
-    /// Takes the value of the first of some attributes that is given.
+    /// Takes the value of the first given attribute of a list.
     pub fn take(&mut self, names: &[&str]) -> Option<Box<str>> {
         let index = self.attributes.iter().position(|(name, _)| names.contains(name))?;
         Some(self.attributes.remove(index).1)
@@ -50,7 +50,7 @@ impl<'text> Element<'text> {
         Some(DVec2::new(x?, y?) / 1000.0)
     }
 
-    /// Returns the value of an attribute, which stays.
+    /// Returns the value of an attribute without taking it.
     pub fn get(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| *key == name).map(|(_, value)| &**value)
     }
@@ -60,7 +60,7 @@ impl<'text> Element<'text> {
         self.children.extract_if(.., |child| child.name == name).collect()
     }
 
-    /// Counts the remaining attributes and children as ignored; `what` is the element with an
+    /// Counts the remaining attributes and children as ignored. `what` is the element with an
     /// article.
     pub fn ignore_rest(&self, what: &str, ignored: &mut Ignored) {
         for (name, _) in &self.attributes {
@@ -141,7 +141,7 @@ fn element<'text>(
         attributes: Vec::new(),
         children: Vec::new(),
     };
-    // The reader's check for duplicates takes the square of the number of attributes.
+    // The reader's check for duplicates takes quadratic time.
     for attribute in start.attributes().with_checks(false) {
         let attribute = attribute.map_err(|error| error.to_string())?;
         if element.attributes.len() >= MAX_ATTRIBUTES {

@@ -7,8 +7,7 @@ use super::{Blocks, Properties, Reader, take_own};
 use crate::model::tags::{Role, Tags};
 use crate::read::layout::LayoutStation;
 
-/// The first words of operations, by role. An operation like `Load cargo` or `unload_cargo` has one
-/// of them.
+/// The first words of operations, by role, as in `Load cargo` or `unload_cargo`.
 const WORDS: [(Role, &[&str]); 4] = [
     (Role::Charge, &["charge", "charging", "recharge"]),
     (Role::Pick, &["load", "pick", "collect", "fetch", "take", "get"]),
@@ -16,11 +15,11 @@ const WORDS: [(Role, &[&str]); 4] = [
     (Role::Park, &["park"]),
 ];
 
-/// The largest number of bytes that all locations get from their types: some large types could take
+/// The largest number of bytes that all locations inherit from their types. Large types could take
 /// much memory, once for each of their locations.
 const MAX_INHERITED: usize = 16 << 20;
 
-/// The bytes that a text takes besides its letters.
+/// The overhead of a text in bytes.
 const BYTES_PER_TEXT: usize = 64;
 
 /// A type of locations.
@@ -107,8 +106,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Whether a location at a byte offset gets what its type has: not where all locations have got
-    /// too much.
+    /// Whether a location at a byte offset inherits the properties of its type, within the limit of
+    /// all locations.
     fn inherits(&mut self, kind: &LocationType, at: u32) -> bool {
         self.inherited = self.inherited.saturating_add(kind.bytes);
         if self.inherited > MAX_INHERITED {
@@ -118,7 +117,7 @@ impl Reader<'_, '_> {
         self.inherited <= MAX_INHERITED
     }
 
-    /// Returns the linked points, and the operations that are possible at one of them at least.
+    /// Returns the linked points, and the operations that are possible at one of them or more.
     fn links(
         &mut self,
         element: &mut Element<'_>,
@@ -131,7 +130,7 @@ impl Reader<'_, '_> {
         for mut link in links {
             nodes.push(link.take_text("point"));
             let here = operations(&mut link, "allowedOperation");
-            // A link without operations allows all of the type.
+            // A link without operations allows all operations of the type.
             allows_all |= here.is_empty();
             allowed.extend(here);
             link.ignore_rest("a link", &mut self.ignored);
@@ -147,7 +146,7 @@ fn operations(element: &mut Element<'_>, name: &str) -> Vec<String> {
     element.take_children(name).iter_mut().map(|operation| operation.take_text("name")).collect()
 }
 
-/// Returns the role for which there is an operation; of several, the first of [`WORDS`].
+/// Returns the role of the operations; of several roles, the first in [`WORDS`].
 pub(super) fn role(operations: &[String]) -> Role {
     for (role, starts) in WORDS {
         for operation in operations {

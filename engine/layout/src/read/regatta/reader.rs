@@ -211,7 +211,7 @@ impl<'text> Reader<'text> {
             Field::Kept => add_property(&key.name, &value.content.into(), &mut values.properties),
             Field::BodyHeading => {
                 let value = value.content.into();
-                // Kept as well: edges may not be able to follow it.
+                // The key is also kept as a property, because edges may be unable to follow it.
                 add_property(&key.name, &value, &mut values.properties);
                 values.set(field, key.name, value);
             }
@@ -219,7 +219,7 @@ impl<'text> Reader<'text> {
         }
     }
 
-    /// Adds a number, or those of a list of numbers or of lists of them.
+    /// Adds a number, or the numbers of nested lists.
     fn add_numbers(&mut self, node: Node<'text>, numbers: &mut Vec<f64>) {
         let at = self.at(&node);
         if let yaml::Content::List(items) = node.content {
@@ -249,7 +249,7 @@ impl<'text> Reader<'text> {
 
 type Properties = BTreeMap<Box<str>, Box<str>>;
 
-/// Adds a property, unless its value is none.
+/// Adds a property, unless its value is null.
 fn add_property(key: &str, value: &Value<'_>, properties: &mut Properties) {
     if let Some(text) = value.text() {
         properties.insert(key.into(), text.into());

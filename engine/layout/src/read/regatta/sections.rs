@@ -1,18 +1,18 @@
-//! Large files, part by part: the YAML library takes some 50 times the size of a text in memory
-//! while it reads it.
+//! Large files, part by part. While it reads a text, the YAML library takes about 50 times its size
+//! in memory.
 //!
 //! Files with one node or edge per line, as generators write them, are cut between lines, and each
-//! part is read on its own. Others are read as a whole.
+//! part is read separately. Other files are read as a whole.
 
 /// The number of lines of a part.
 const LINES: usize = 20_000;
 
-/// A part of a file that is YAML by itself.
+/// A part of a file that is valid YAML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Part<'text> {
     /// The byte offset in the file.
     pub start: usize,
-    /// The key of the root map that the text is items of; `None` for entries of the root map.
+    /// The key of the root map whose list the text belongs to; `None` for entries of the root map.
     pub key: Option<&'text str>,
     pub text: &'text str,
 }
@@ -26,7 +26,7 @@ impl<'text> Part<'text> {
 
 /// Cuts a text into parts; `None` if it has to be read as a whole.
 pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
-    // Anchors, aliases and documents connect lines.
+    // Anchors, aliases and documents refer to other lines.
     if text.contains(['&', '*', '\t']) || text.contains("---") {
         return None;
     }
@@ -52,7 +52,7 @@ pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
         // A key of the root map, which ends the list before it.
         let (key, value) = content.split_once(':')?;
         let is_name = key.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
-        // Keys that are given twice are reported by the reader of the whole.
+        // The reader of the whole file reports keys that are given twice.
         if !is_name || keys.iter().any(|other| other.eq_ignore_ascii_case(key)) {
             return None;
         }
@@ -68,8 +68,8 @@ pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
     Some(parts)
 }
 
-/// Whether a line in flow style closes its brackets only at its end. Brackets in texts are counted
-/// too, and texts with quotes may contain anything: such lines are read as a whole file.
+/// Whether a line in flow style closes its brackets only at its end. Brackets in texts count too,
+/// and quoted texts may contain anything. A file with other lines is read as a whole.
 fn is_one_item(line: &str) -> bool {
     let mut depth = 0;
     let mut bytes = line.bytes().skip(2).peekable();

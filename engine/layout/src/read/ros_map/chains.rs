@@ -8,7 +8,7 @@ use super::skeleton::NEIGHBOURS;
 /// The largest number of rounds of pruning.
 const MAX_ROUNDS: usize = 20;
 
-/// Junctions that are connected by roads of at most this many cells are one.
+/// Junctions that are connected by roads of at most this many cells are merged.
 const SAME_JUNCTION: usize = 3;
 
 /// Returns the lines of cells between junctions and ends.
@@ -29,7 +29,7 @@ pub fn trace(cells: &[u32], space: &Space) -> Vec<Vec<u32>> {
                 .filter_map(|next| tracer.follow(node, next, |cell| nodes.contains(&cell))),
         );
     }
-    // Loops without a junction are left.
+    // The remaining cells are loops without a junction.
     let mut seen: BTreeSet<u32> = chains.iter().flatten().copied().collect();
     for &start in cells {
         let next = tracer.neighbours(start).next();
@@ -46,7 +46,7 @@ pub fn trace(cells: &[u32], space: &Space) -> Vec<Vec<u32>> {
 struct Tracer {
     on: Vec<bool>,
     width: usize,
-    /// Nodes with the first cell of a chain that leaves them and has been followed from its other
+    /// Nodes with the first cell of a chain that starts there and has been followed from its other
     /// end.
     left: BTreeSet<(u32, u32)>,
 }
@@ -108,7 +108,7 @@ impl Chains<'_> {
         degrees
     }
 
-    /// Removes dead ends that are shorter than the robot is wide, or that don't leave the free
+    /// Removes dead ends that are shorter than the robot's width, or that don't leave the free
     /// space around their junction.
     pub fn prune(&mut self, robot_cells: f64) {
         for _ in 0..MAX_ROUNDS {
@@ -134,7 +134,7 @@ impl Chains<'_> {
         self.length(chain) < robot_cells.max(self.space.distance(junction))
     }
 
-    /// Joins the two chains at each node that has no others.
+    /// Joins the two chains at each node that has exactly two.
     fn join_through(&mut self) {
         let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (index, chain) in self.chains.iter().enumerate() {
@@ -169,14 +169,14 @@ impl Chains<'_> {
         self.chains.retain(|chain| !chain.is_empty());
     }
 
-    /// Makes one of junctions beside each other.
+    /// Merges adjacent junctions.
     pub fn merge_junctions(&mut self) {
         let degrees = self.degrees();
         let (links, mut others): (Vec<_>, Vec<_>) = self.chains.drain(..).partition(|chain| {
             let [a, b] = ends(chain);
             chain.len() <= SAME_JUNCTION && a != b && degrees[&a] > 2 && degrees[&b] > 2
         });
-        // A junction moves once at most, and not to one that moves.
+        // A junction moves at most once, and not to a junction that moves.
         let mut moved: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut targets = BTreeSet::new();
         for link in links {
@@ -213,7 +213,7 @@ impl Chains<'_> {
         self.chains.retain(|chain| chain.len() > 1 && chain[0] != chain[chain.len() - 1]);
     }
 
-    /// Removes connected parts below a length in cells. Returns how many these are and their total
+    /// Removes connected parts below a length in cells. Returns their number and their total
     /// length.
     pub fn drop_short_parts(&mut self, least: f64) -> (usize, f64) {
         let numbers: BTreeMap<u32, usize> = self.degrees().into_keys().zip(0..).collect();
@@ -236,7 +236,7 @@ impl Chains<'_> {
     }
 }
 
-/// Returns the root of a node in a forest, and shortens the way to it.
+/// Returns the root of a node in a forest, and shortens the path to it.
 fn root(parents: &mut [usize], mut node: usize) -> usize {
     while parents[node] != node {
         parents[node] = parents[parents[node]];

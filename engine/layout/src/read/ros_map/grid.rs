@@ -94,7 +94,7 @@ impl MapFile {
     /// Returns the state of a cell with a brightness, 0 to 255.
     fn cell(&self, brightness: u8) -> Cell {
         if self.mode.as_deref().is_some_and(|mode| mode.eq_ignore_ascii_case("raw")) {
-            // Brightness is the percentage itself, of which 101 and above mean unknown.
+            // The brightness is the percentage. 101 and above mean unknown.
             return match f64::from(brightness) / 100.0 {
                 percentage if percentage > 1.0 => Cell::Unknown,
                 percentage => self.state(percentage),
@@ -174,7 +174,7 @@ impl Grid {
         Self { width, height, cells, resolution: map.resolution, origin, rotation }
     }
 
-    /// Returns the place in metres of a point in cells from the corner of the border.
+    /// Converts a point in cells from the corner of the border to metres.
     pub fn metres(&self, point: DVec2) -> DVec2 {
         self.origin + self.rotation.rotate((point - DVec2::ONE) * self.resolution)
     }

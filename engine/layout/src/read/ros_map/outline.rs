@@ -30,19 +30,18 @@ pub fn outlines(grid: &Grid) -> Option<Vec<Vec<[u32; 2]>>> {
 fn sides(grid: &Grid) -> Vec<u8> {
     let (width, corners) = (grid.width, grid.width + 1);
     let mut sides = vec![0; corners * (grid.height + 1)];
-    let occupied = |cell: usize| grid.cells[cell] == Cell::Occupied;
     // The border isn't occupied, so that all neighbours exist.
     for row in 1..grid.height - 1 {
         for column in 1..width - 1 {
             let cell = row * width + column;
-            if !occupied(cell) {
+            if grid.cells[cell] != Cell::Occupied {
                 continue;
             }
             let corner = row * corners + column;
             let neighbours = [cell - width, cell + 1, cell + width, cell - 1];
             let starts = [corner, corner + 1, corner + corners + 1, corner + corners];
             for (step, (neighbour, start)) in neighbours.into_iter().zip(starts).enumerate() {
-                if !occupied(neighbour) {
+                if grid.cells[neighbour] != Cell::Occupied {
                     sides[start] |= 1 << step;
                 }
             }
@@ -53,14 +52,13 @@ fn sides(grid: &Grid) -> Vec<u8> {
 
 /// Follows an outline from a corner until it closes, and removes it. Collinear sides are one.
 fn trace(sides: &mut [u8], start: usize, corners: usize) -> Vec<[u32; 2]> {
-    let point = |corner: usize| [(corner % corners) as u32, (corner / corners) as u32];
-    let mut line = vec![point(start)];
+    let mut line = vec![point(start, corners)];
     let (mut corner, mut step) = (start, sides[start].trailing_zeros() as usize);
     loop {
         sides[corner] &= !(1 << step);
         let [x, y] = STEPS[step];
         corner = corner.wrapping_add_signed(x as isize + y as isize * corners as isize);
-        // To the left first: around the same cell where two touch at a corner.
+        // The left turn comes first. It stays at the same cell where two cells touch at a corner.
         let next = [1, 0, 3]
             .map(|turn| (step + turn) % 4)
             .into_iter()
@@ -68,13 +66,18 @@ fn trace(sides: &mut [u8], start: usize, corners: usize) -> Vec<[u32; 2]> {
         match next {
             Some(next) if next == step => {}
             Some(next) => {
-                line.push(point(corner));
+                line.push(point(corner, corners));
                 step = next;
             }
             None => {
-                line.push(point(corner));
+                line.push(point(corner, corners));
                 return line;
             }
         }
     }
+}
+
+/// Returns the column and the row of a corner; a row has `corners` of them.
+fn point(corner: usize, corners: usize) -> [u32; 2] {
+    [(corner % corners) as u32, (corner / corners) as u32]
 }

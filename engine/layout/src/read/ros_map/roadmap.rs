@@ -6,23 +6,23 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use glam::DVec2;
 
 use super::chains::{Chains, trace};
-use super::distance::squared_distances;
 use super::grid::Grid;
-use super::skeleton::skeleton;
+use super::skeleton::{skeleton, squared_distances};
 
-/// Cells between the robot's side and the nearest cell that isn't free, besides half a diagonal.
+/// The margin between the robot's side and the nearest cell that isn't free, in cells, in addition
+/// to half a diagonal.
 const MARGIN: f64 = 1.0;
 
-/// The distance in cells by which a simplified road may differ from the skeleton.
+/// The largest distance in cells of a simplified road from the skeleton.
 const TOLERANCE: f64 = 1.0;
 
 /// The interval of clearance checks in cells.
 const STEP: f64 = 0.25;
 
-/// The least length of a connected part of the roadmap, in widths of the robot.
+/// The smallest length of a connected part of the roadmap, in widths of the robot.
 const LEAST_WIDTHS: f64 = 5.0;
 
-/// Straight roads between places, in cells from the corner of the grid. Each bend is a node, where
+/// Straight roads between nodes, in cells from the corner of the grid. Each bend is a node, where
 /// robots can turn.
 #[derive(Debug, Default)]
 pub struct Roadmap {
@@ -69,7 +69,7 @@ impl Roadmap {
                     })
                 })
                 .collect();
-            // Lines to junctions that were merged have their last cells in common.
+            // Lines to merged junctions have their last cells in common.
             let roads = nodes.windows(2).map(|pair| [pair[0], pair[1]]);
             self.edges
                 .extend(roads.filter(|[from, to]| seen.insert([*from.min(to), *from.max(to)])));

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::DVec2;
-use regatta_base::graph::{NodeIndex, Rotation};
+use regatta_base::graph::{Ends, NodeIndex, Rotation};
 use serde_json::{Value, json};
 
 use super::properties::{Kind, Properties};
@@ -12,19 +12,19 @@ use crate::model::path::Path;
 use crate::model::route_graph::{Edge, RouteGraph};
 use crate::model::tags::Orientation;
 
-/// The distance in metres within which control points are those of a straight segment.
+/// The largest distance in metres of control points from those of a straight segment.
 const STRAIGHT: f64 = 1e-9;
 
 /// An edge of the file: an edge of the graph in one gear.
 struct Directed<'p> {
     id: String,
-    ends: [NodeIndex; 2],
+    ends: Ends<NodeIndex>,
     path: &'p Path,
     /// Metres per second.
     speed: f64,
     orientation: Orientation,
-    /// At its start and at its end.
-    rotation: [Rotation; 2],
+    /// The rotations at its start and its end.
+    rotation: Ends<Rotation>,
 }
 
 impl<'a> Writer<'a> {
@@ -34,7 +34,7 @@ impl<'a> Writer<'a> {
         for (index, edge) in graph.edges().iter().enumerate() {
             let directed = Directed {
                 id: self.names.edges.ids[index].clone(),
-                ends: [edge.origin, edge.destination],
+                ends: Ends { origin: edge.origin, destination: edge.destination },
                 path: &edge.path,
                 speed: edge.speed,
                 orientation: edge.orientation,
@@ -48,11 +48,14 @@ impl<'a> Writer<'a> {
             let Some(speed) = edge.reverse_speed else { continue };
             let directed = Directed {
                 id: self.names.reverse(index),
-                ends: [edge.destination, edge.origin],
+                ends: Ends { origin: edge.destination, destination: edge.origin },
                 path: &edge.path.reversed(),
                 speed,
                 orientation: edge.orientation.reversed(),
-                rotation: [edge.rotation[1], edge.rotation[0]],
+                rotation: Ends {
+                    origin: edge.rotation.destination,
+                    destination: edge.rotation.origin,
+                },
             };
             self.edge(edge, &directed);
             self.losses.add(
@@ -62,7 +65,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes an edge and returns the properties that are left.
+    /// Writes an edge. Returns the remaining properties.
     fn edge(&mut self, edge: &'a Edge, directed: &Directed<'_>) -> Properties<'a> {
         let mut properties = Properties::new(edge.tags.as_deref());
         let types = properties.vehicle_types();
@@ -72,12 +75,14 @@ impl<'a> Writer<'a> {
             object.insert("edgeName".into(), name.into());
         }
         properties.move_to(&mut object, "edgeDescription", Kind::Text);
-        let [start, end] = directed.ends.map(|node| self.names.nodes.ids[node.0 as usize].as_str());
-        object.insert("startNodeId".into(), start.into());
-        object.insert("endNodeId".into(), end.into());
+        for (key, node) in
+            [("startNodeId", directed.ends.origin), ("endNodeId", directed.ends.destination)]
+        {
+            object.insert(key.into(), self.names.nodes.ids[node.0 as usize].as_str().into());
+        }
         let shared = shared(directed, self.graph.origin(), &mut properties);
         object.insert("vehicleTypeEdgeProperties".into(), for_each_type(&types, &shared));
-        let level = level(self.graph.node(directed.ends[0]));
+        let level = level(self.graph.node(directed.ends.origin));
         self.sheets.entry(level).or_default().edges.push(object);
         properties
     }
@@ -103,11 +108,13 @@ fn shared(directed: &Directed<'_>, origin: DVec2, properties: &mut Properties<'_
     let mut object = Object::new();
     object.insert("orientationType".into(), kind.into());
     object.insert("vehicleOrientation".into(), angle.into());
-    // Robots keep the heading of the edge unless its file says that they need not.
+    // Robots keep the heading of the edge, unless its file allows rotation.
     object.insert("rotationAllowed".into(), false.into());
     object.insert("maxSpeed".into(), directed.speed.into());
-    let keys = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"];
-    for (key, rotation) in keys.into_iter().zip(directed.rotation) {
+    for (key, rotation) in [
+        ("rotationAtStartNodeAllowed", directed.rotation.origin),
+        ("rotationAtEndNodeAllowed", directed.rotation.destination),
+    ] {
         if let Some(name) = rotation_name(rotation) {
             object.insert(key.into(), name.into());
         }
@@ -171,13 +178,13 @@ pub(super) struct Names {
 /// The ids of the nodes or of the edges.
 pub(super) struct List {
     pub ids: Vec<String>,
-    /// Whether they are names; otherwise they are numbers.
+    /// Whether the ids are names. Otherwise they are numbers.
     pub are_names: bool,
 }
 
 impl Names {
-    /// Names nodes by their names if each has one of its own: those are the ids of the file that it
-    /// was read from.
+    /// Uses the names of nodes as ids if they are unique. They are the ids of the file that was
+    /// read.
     pub fn new(graph: &RouteGraph) -> Self {
         let nodes = List::new(graph.nodes().iter().map(|node| (node.id, node.name())));
         let edges = List::new(graph.edges().iter().map(|edge| (edge.id, edge.name())));
@@ -186,7 +193,7 @@ impl Names {
         Self { nodes, edges, used, next }
     }
 
-    /// Returns an id for the reverse gear of an edge; a number, if all other ids are numbers.
+    /// Returns an id for the reverse gear of an edge. It is a number if all other ids are numbers.
     pub fn reverse(&mut self, index: usize) -> String {
         let id = if self.edges.are_names {
             let mut id = format!("{}-reverse", self.edges.ids[index]);

@@ -1,4 +1,4 @@
-//! The properties of nodes, edges and stations that LIF has keys for, such as those of a LIF file
+//! The properties of nodes, edges and stations for which LIF has keys, such as those of a LIF file
 //! that was read.
 
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use crate::model::tags::Tags;
 /// The vehicle type of nodes and edges without one.
 const VEHICLE_TYPE: &str = "robot";
 
-/// The largest number of vehicle types of a node or an edge: each gets a copy of the properties.
+/// The largest number of vehicle types of a node or an edge. Each gets a copy of the properties.
 const MAX_TYPES: usize = 100;
 
 /// The type of a value in the schema.
@@ -100,7 +100,7 @@ impl<'a> Properties<'a> {
             self.get("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
         types.sort_unstable();
         types.dedup();
-        // Otherwise it counts as lost.
+        // Otherwise the property counts as lost.
         if types.len() <= MAX_TYPES {
             self.rest.remove("vehicleTypeId");
         }
@@ -108,12 +108,12 @@ impl<'a> Properties<'a> {
         if types.is_empty() { vec![VEHICLE_TYPE] } else { types }
     }
 
-    /// Returns the name to display: a property if names are ids, else the name.
+    /// Returns the display name: a property if names are ids, otherwise the name.
     pub fn name(&mut self, are_ids: bool, name: Option<&'a str>) -> Option<&'a str> {
         if are_ids { self.rest.remove("name") } else { name }
     }
 
-    /// Takes the actions out, if they are valid.
+    /// Takes the actions out if they are valid.
     pub fn actions(&mut self) -> Option<Value> {
         let actions: Vec<Action> = serde_json::from_str(self.get("actions")?).ok()?;
         self.rest.remove("actions");
@@ -128,7 +128,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    /// Counts the properties that aren't written as lost; `kind` is a plural.
+    /// Counts the remaining properties as lost. `kind` is a plural.
     pub fn count_losses(self, kind: &str, losses: &mut Losses) {
         for key in self.rest.into_keys() {
             losses.add(format!("{kind} have a property `{key}` that isn't valid in LIF"));

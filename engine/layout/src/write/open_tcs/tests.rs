@@ -1,8 +1,13 @@
+use std::f64::consts::PI;
+
 use proptest::prelude::*;
 use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::NodeIndex;
 
 use super::*;
-use crate::model::route_graph::Node;
+use crate::model::path::Path;
+use crate::model::route_graph::{Edge, Node};
+use crate::model::tags::Orientation;
 use crate::read::open_tcs::tests::{graph, sample};
 
 /// The largest distance of a point that is moved to whole millimetres: half the diagonal of a
@@ -59,7 +64,8 @@ fn the_samples_are_written_without_losses_and_read_back() {
 fn the_structure_is_that_of_the_schema() {
     let points = [(1, 0.0), (2, 10.0)].map(|(id, x)| Node::new(id, DVec2::new(x, 0.25), 0.0));
     let path = CubicBezier::straight(points[0].position, points[1].position);
-    let edge = Edge::new(1, [NodeIndex(0), NodeIndex(1)], path, (1.0, Some(0.3)));
+    let edge = Edge::new(1, NodeIndex(0), NodeIndex(1), path, 1.0);
+    let edge = Edge { reverse_speed: Some(0.3), ..edge };
     let station = Station {
         name: "<S>".into(),
         role: Role::Charge,
@@ -123,7 +129,7 @@ fn what_the_format_cannot_say_is_listed() {
     let mut cubics = [0.0, 2.0, 4.0].map(|x| CubicBezier { control_points: wave(x) });
     cubics[2].control_points[3] = b;
     let path = Path::from_cubics(&cubics).expect("cubics");
-    let mut edge = Edge::new(1, [NodeIndex(0), NodeIndex(1)], path.clone(), (1.000_04, None));
+    let mut edge = Edge::new(1, NodeIndex(0), NodeIndex(1), path.clone(), 1.000_04);
     edge.orientation = Orientation::Fixed(1.0);
     let written = RouteGraph::from_valid_parts(nodes, vec![edge]);
     let Written { text, losses } = write(&written);
@@ -199,7 +205,8 @@ fn edge(
     Edge {
         orientation,
         tags,
-        ..Edge::new(id + 7, [NodeIndex(id), NodeIndex(id + 1)], path, (forward, backwards))
+        reverse_speed: backwards,
+        ..Edge::new(id + 7, NodeIndex(id), NodeIndex(id + 1), path, forward)
     }
 }
 

@@ -86,13 +86,18 @@ fn edge(id: u32, nodes: &[Node], parts: EdgeParts) -> Edge {
     };
     Edge {
         orientation,
-        rotation: [Rotation::ALL[id as usize % 4], Rotation::ALL[(id as usize + 1) % 4]],
+        reverse_speed: backwards,
+        rotation: Ends {
+            origin: Rotation::ALL[id as usize % 4],
+            destination: Rotation::ALL[(id as usize + 1) % 4],
+        },
         tags,
         ..Edge::new(
             id * 7 + 3,
-            [NodeIndex(id), NodeIndex(id + 1)],
+            NodeIndex(id),
+            NodeIndex(id + 1),
             Path::from_cubics(&cubics).expect("cubics"),
-            (forward, backwards),
+            forward,
         )
     }
 }
@@ -160,12 +165,9 @@ fn the_shipped_graphs_are_read_back() {
 #[test]
 fn each_item_is_one_line() {
     let nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
-    let mut edge = Edge::new(
-        5,
-        [NodeIndex(0), NodeIndex(1)],
-        CubicBezier::straight(DVec2::ZERO, DVec2::X),
-        (0.5, Some(0.25)),
-    );
+    let mut edge =
+        Edge::new(5, NodeIndex(0), NodeIndex(1), CubicBezier::straight(DVec2::ZERO, DVec2::X), 0.5);
+    edge.reverse_speed = Some(0.25);
     edge.tags = Some(Tags::named("A \"1\"\n").into());
     let background = vec![vec![DVec2::ZERO, DVec2::Y]];
     let graph =

@@ -25,7 +25,9 @@ ops! {
     fn sqrt(a: F) -> F { _mm256_sqrt_ps(a) }
     fn abs(a: F) -> F { _mm256_andnot_ps(splat(-0.0), a) }
     /// Returns `a`, negated where bit 31 of `sign` is set.
-    fn flip(a: F, sign: I) -> F { _mm256_xor_ps(a, _mm256_and_ps(_mm256_castsi256_ps(sign), splat(-0.0))) }
+    fn flip(a: F, sign: I) -> F {
+        _mm256_xor_ps(a, _mm256_and_ps(_mm256_castsi256_ps(sign), splat(-0.0)))
+    }
     fn lt(a: F, b: F) -> M { _mm256_cmp_ps::<_CMP_LT_OQ>(a, b) }
     fn select(mask: M, yes: F, no: F) -> F { _mm256_blendv_ps(no, yes, mask) }
     fn to_float(a: I) -> F { _mm256_cvtepi32_ps(a) }
@@ -63,7 +65,8 @@ ops! {
         ]
     }
     fn pair(low: &[f32; 4], high: &[f32; 4]) -> F {
-        _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(bytemuck::cast(*low)), bytemuck::cast(*high))
+        let low = _mm256_castps128_ps256(bytemuck::cast(*low));
+        _mm256_insertf128_ps::<1>(low, bytemuck::cast(*high))
     }
     /// Transposes each half: four rows of four become four columns.
     fn transpose(rows: [F; 4]) -> [F; 4] {

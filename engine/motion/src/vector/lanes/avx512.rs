@@ -25,7 +25,9 @@ ops! {
     fn sqrt(a: F) -> F { _mm512_sqrt_ps(a) }
     fn abs(a: F) -> F { _mm512_andnot_ps(splat(-0.0), a) }
     /// Returns `a`, negated where bit 31 of `sign` is set.
-    fn flip(a: F, sign: I) -> F { _mm512_xor_ps(a, _mm512_and_ps(_mm512_castsi512_ps(sign), splat(-0.0))) }
+    fn flip(a: F, sign: I) -> F {
+        _mm512_xor_ps(a, _mm512_and_ps(_mm512_castsi512_ps(sign), splat(-0.0)))
+    }
     fn lt(a: F, b: F) -> M { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
     fn select(mask: M, yes: F, no: F) -> F { _mm512_mask_blend_ps(mask, no, yes) }
     fn to_float(a: I) -> F { _mm512_cvtepi32_ps(a) }
@@ -63,7 +65,8 @@ ops! {
         ]
     }
     fn pair(low: &Piece, high: &Piece) -> F {
-        _mm512_insertf32x8::<1>(_mm512_castps256_ps512(bytemuck::cast([low.x, low.y])), bytemuck::cast([high.x, high.y]))
+        let low = _mm512_castps256_ps512(bytemuck::cast([low.x, low.y]));
+        _mm512_insertf32x8::<1>(low, bytemuck::cast([high.x, high.y]))
     }
     /// Transposes each quarter: four rows of four become four columns.
     fn transpose(rows: [F; 4]) -> [F; 4] {
@@ -79,10 +82,14 @@ ops! {
     }
     /// Returns the first and third quarter of each, alternately.
     fn merge_x(a: F, b: F) -> F {
-        _mm512_permutex2var_ps(a, _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27), b)
+        let lanes =
+            _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
+        _mm512_permutex2var_ps(a, lanes, b)
     }
     /// Returns the second and fourth quarter of each, alternately.
     fn merge_y(a: F, b: F) -> F {
-        _mm512_permutex2var_ps(a, _mm512_setr_epi32(4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31), b)
+        let lanes =
+            _mm512_setr_epi32(4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31);
+        _mm512_permutex2var_ps(a, lanes, b)
     }
 }

@@ -47,12 +47,12 @@ ops! {
     /// Returns the coefficients of x and of y, by power.
     fn coefficients(rows: [&Piece; N]) -> [[F; 4]; 2] {
         let [a, b, c, d] = rows;
-        let row = |row: [f32; 4]| -> F { bytemuck::cast(row) };
         [
             transpose([row(a.x), row(b.x), row(c.x), row(d.x)]),
             transpose([row(a.y), row(b.y), row(c.y), row(d.y)]),
         ]
     }
+    fn row(row: [f32; 4]) -> F { bytemuck::cast(row) }
     fn transpose(rows: [F; 4]) -> [F; 4] {
         let [a, b, c, d] = rows;
         let (ab_even, cd_even) = (vtrn1q_f32(a, b), vtrn1q_f32(c, d));

@@ -20,7 +20,7 @@ macro_rules! each {
 }
 
 ops! {
-    #[allow(clippy::needless_pass_by_value, reason = "the same signatures as with vector registers")]
+    #[allow(clippy::needless_pass_by_value, reason = "the signatures of vector registers")]
     fn splat(a: f32) -> F { [a; N] }
     fn add(a: F, b: F) -> F { each!(k => a[k] + b[k]) }
     fn sub(a: F, b: F) -> F { each!(k => a[k] - b[k]) }
@@ -46,7 +46,9 @@ ops! {
     /// Returns a mask: `a` ≥ `b` and `moved` > 0.
     fn reaches(a: F, b: F, moved: I) -> M { each!(k => a[k] >= b[k] && moved[k] > 0) }
     /// Returns a bit per lane: `now` is 0 and `before` > 0.
-    fn stops(now: F, before: F) -> u32 { (0..N).map(|k| u32::from(now[k] == 0.0 && before[k] > 0.0) << k).sum() }
+    fn stops(now: F, before: F) -> u32 {
+        (0..N).map(|k| u32::from(now[k] == 0.0 && before[k] > 0.0) << k).sum()
+    }
     /// Returns the coefficients of x and of y, by power.
     fn coefficients(rows: [&Piece; N]) -> [[F; 4]; 2] {
         [each!(power => each!(k => rows[k].x[power])), each!(power => each!(k => rows[k].y[power]))]

@@ -27,7 +27,9 @@ ops! {
     /// Returns `a`, negated where bit 31 of `sign` is set.
     fn flip(a: F, sign: I) -> F { _mm_xor_ps(a, _mm_and_ps(_mm_castsi128_ps(sign), splat(-0.0))) }
     fn lt(a: F, b: F) -> M { _mm_cmplt_ps(a, b) }
-    fn select(mask: M, yes: F, no: F) -> F { _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no)) }
+    fn select(mask: M, yes: F, no: F) -> F {
+        _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no))
+    }
     fn to_float(a: I) -> F { _mm_cvtepi32_ps(a) }
     /// Rounds to the nearest integer, ties to even.
     fn round(a: F) -> I { _mm_cvtps_epi32(a) }
@@ -56,12 +58,12 @@ ops! {
     /// Returns the coefficients of x and of y, by power.
     fn coefficients(rows: [&Piece; N]) -> [[F; 4]; 2] {
         let [a, b, c, d] = rows;
-        let row = |row: [f32; 4]| -> F { bytemuck::cast(row) };
         [
             transpose([row(a.x), row(b.x), row(c.x), row(d.x)]),
             transpose([row(a.y), row(b.y), row(c.y), row(d.y)]),
         ]
     }
+    fn row(row: [f32; 4]) -> F { bytemuck::cast(row) }
     fn transpose(rows: [F; 4]) -> [F; 4] {
         let [a, b, c, d] = rows;
         let (ab_low, cd_low) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));

@@ -13,9 +13,9 @@ use crate::ports::services::{
 };
 use crate::process::domain::config;
 use crate::process::join::Participant;
-use crate::records::{Header, Record};
 use crate::records::frame::CONTRACT_VERSION;
 use crate::records::lockstep::Done;
+use crate::records::{Header, Record};
 
 /// The growth of segments. Readers map a new segment with the first chunk that they get from it.
 pub(super) const GROWTH: AllocationStrategy = AllocationStrategy::PowerOfTwo;
@@ -95,7 +95,10 @@ pub(crate) fn done(
 /// Notifying can't block: a listener has a flag in shared memory and a datagram socket. Only the
 /// notifier that sets the flag writes to the socket, it does so without blocking, and a full buffer
 /// counts as success. A stopped reader thus costs one datagram, and nothing from then on.
-pub(super) fn event(participant: &Participant, service: &str) -> Result<event::PortFactory<Ipc>, OpenError> {
+pub(super) fn event(
+    participant: &Participant,
+    service: &str,
+) -> Result<event::PortFactory<Ipc>, OpenError> {
     open(participant, service, MessagingPattern::Event, |builder, version| {
         builder
             .event()

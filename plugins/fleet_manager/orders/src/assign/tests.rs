@@ -6,7 +6,7 @@ fn orders(urgencies: &[f64]) -> Vec<OpenOrder> {
     let id = |(number, urgency): (u32, &f64)| OpenOrder {
         id: OrderId(u64::from(number) + 1),
         node: number,
-        position: [number as f32, 0.0],
+        position: Vec2::X * number as f32,
         urgency_secs: *urgency,
         robot: None,
     };
@@ -14,7 +14,7 @@ fn orders(urgencies: &[f64]) -> Vec<OpenOrder> {
 }
 
 fn robots(count: u32) -> Vec<Candidate> {
-    (0..count).map(|robot| Candidate { robot, position: [robot as f32, 0.0] }).collect()
+    (0..count).map(|robot| Candidate { robot, position: Vec2::X * robot as f32 }).collect()
 }
 
 /// Returns the number of possible pairs and their cost in milliseconds, of the best choice there is

@@ -3,26 +3,15 @@
 use super::{Candidate, Change, Order, OrderId, OrderPool, State};
 use crate::assign::{OpenOrder, Problem, allowed};
 
-/// The weights of priority, age and a near deadline, in seconds of driving.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Urgency {
-    /// Of each step of priority.
-    pub priority_secs: f64,
-    /// Of each second that an order waits.
-    pub age: f64,
-    /// An order is more urgent from so many seconds before its deadline on, by a second each
-    /// second.
-    pub before_deadline_secs: f64,
-    /// The simulated seconds after which orders that have a robot, but that it hasn't begun, may
-    /// get another one.
-    pub reassignment_secs: f64,
-}
-
-impl Default for Urgency {
-    fn default() -> Self {
-        Self { priority_secs: 30.0, age: 0.5, before_deadline_secs: 600.0, reassignment_secs: 5.0 }
-    }
-}
+/// The seconds of driving that each step of priority is worth.
+const PRIORITY_SECS: f64 = 30.0;
+/// The seconds of driving that each second is worth that an order waits.
+const AGE: f64 = 0.5;
+/// An order is more urgent from so many seconds before its deadline on, by a second each second.
+const BEFORE_DEADLINE_SECS: f64 = 600.0;
+/// The simulated seconds after which orders that have a robot, but that it hasn't begun, may get
+/// another one.
+const REASSIGNMENT_SECS: f64 = 5.0;
 
 /// The changes of an assignment. Withdrawals come before the assignments.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,20 +23,15 @@ pub struct Assignments {
 }
 
 impl OrderPool {
-    /// Sets the weights of urgency.
-    pub fn set_urgency(&mut self, urgency: Urgency) {
-        self.urgency = urgency;
-    }
-
-    /// Whether the next [`assign`](Self::assign) also assigns orders anew that have a robot, but
-    /// that it hasn't begun. If not, only robots without an order can get one.
+    /// Whether the next [`assign`](Self::assign) also reassigns orders whose robots haven't begun
+    /// them. If not, only robots without an order can get one.
     pub fn is_reassignment_due(&self, now_secs: f64) -> bool {
         now_secs >= self.next_reassignment_secs
     }
 
-    /// Assigns waiting orders to robots. `available` are the robots that may get an order or
-    /// another one; those that are at a stop, or have begun their order, are ignored. Every few
-    /// seconds orders that aren't begun are assigned anew. `driving_secs` returns how long a robot
+    /// Assigns waiting orders to robots. `available` are the robots that may get an order, or
+    /// another one. Robots that are at a stop, or have begun their order, are ignored. Orders that
+    /// aren't begun are reassigned every few seconds. `driving_secs` returns how long a robot
     /// drives to a node, in seconds; `None` if it can't.
     pub fn assign(
         &mut self,
@@ -57,7 +41,7 @@ impl OrderPool {
     ) -> Assignments {
         let is_reassignment = self.is_reassignment_due(now_secs);
         if is_reassignment {
-            self.next_reassignment_secs = now_secs + self.urgency.reassignment_secs;
+            self.next_reassignment_secs = now_secs + REASSIGNMENT_SECS;
         }
         let mut robots = self.candidates(available, is_reassignment);
         let mut changes = self.assign_intended(&mut robots, now_secs, driving_secs);
@@ -105,13 +89,12 @@ impl OrderPool {
 
     fn open_order(&self, order: &Order, now_secs: f64) -> OpenOrder {
         let node = order.content.stops[0].node;
-        let urgency = &self.urgency;
         let nearness = match order.content.deadline_secs {
-            Some(deadline) => (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0),
+            Some(deadline) => (BEFORE_DEADLINE_SECS - (deadline - now_secs)).max(0.0),
             None => 0.0,
         };
-        let urgency_secs = f64::from(order.content.priority) * urgency.priority_secs
-            + (now_secs - order.ready_secs()).max(0.0) * urgency.age
+        let urgency_secs = f64::from(order.content.priority) * PRIORITY_SECS
+            + (now_secs - order.ready_secs()).max(0.0) * AGE
             + nearness;
         let position = self.places.place(node).position;
         OpenOrder { id: order.id, node, position, urgency_secs, robot: order.state.robot() }

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use regatta_base::yaml;
 
-use super::{Change, Generator, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
+use super::{Change, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
 use crate::draft::DraftError;
 use crate::file::TimedDraft;
+use crate::generator::Generator;
 use crate::load::Load;
 use crate::order::OrderName;
 
@@ -29,6 +30,16 @@ pub(crate) struct Restored {
     pub(crate) known: Known,
     /// Open orders whose nodes the world doesn't have; they stay in the store.
     pub(crate) unplaced: usize,
+}
+
+/// A generator, and its open orders.
+#[derive(Debug)]
+pub(super) struct Source {
+    generator: Generator,
+    /// The number of its open orders.
+    pub(super) open: usize,
+    /// The number of those that no robot can carry out.
+    pub(super) unroutable: usize,
 }
 
 impl OrderPool {
@@ -84,7 +95,7 @@ impl OrderPool {
             let numbers = known.names.iter().filter_map(|name| generator.number_of(name));
             let made = numbers.max().unwrap_or(0);
             generator.skip(made);
-            self.generators.push(generator);
+            self.sources.push(Source { generator, open: 0, unroutable: 0 });
         }
     }
 
@@ -96,15 +107,10 @@ impl OrderPool {
         while self.timetable.last().is_some_and(|(secs, _)| *secs <= now_secs) {
             arrivals.extend(self.timetable.pop().map(|(secs, order)| (secs, None, order)));
         }
-        for (index, generator) in self.generators.iter_mut().enumerate() {
+        for (index, source) in self.sources.iter_mut().enumerate() {
+            let Source { generator, open, unroutable } = source;
             // Unroutable orders don't keep robots busy, but their number is bounded.
-            let (mut open, mut lost) = (0, 0);
-            for (id, _) in self.made_by.iter().filter(|(_, maker)| **maker == index) {
-                open += 1;
-                let order = self.open.get(id);
-                lost += usize::from(order.is_some_and(|order| order.state == State::Unroutable));
-            }
-            open -= lost.min(MOST_LOST * robots);
+            let mut open = *open - (*unroutable).min(MOST_LOST * robots);
             while let Some((secs, order)) = generator.next(now_secs, robots, open) {
                 arrivals.push((secs, Some(index), order));
                 open += 1;
@@ -113,9 +119,17 @@ impl OrderPool {
         arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (secs, maker, order) in arrivals {
             let id = self.create(secs, now_secs, order);
-            self.made_by.extend(maker.zip(id).map(|(maker, id)| (id, maker)));
+            if let (Some(maker), Some(id)) = (maker, id) {
+                self.made_by.insert(id, maker);
+                self.sources[maker].open += 1;
+            }
         }
         self.start_early(now_secs);
+    }
+
+    /// The source of an open order that a generator made.
+    pub(super) fn source_of(&mut self, id: OrderId) -> Option<&mut Source> {
+        self.sources.get_mut(*self.made_by.get(&id)?)
     }
 
     /// Lets orders wait for a robot whose earliest start has come.
@@ -147,16 +161,7 @@ impl OrderPool {
         let created =
             Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
         let stops = content.stops.clone();
-        let order = Order {
-            id,
-            content,
-            created_secs,
-            state: State::Waiting,
-            handled_stops: 0,
-            reason: String::new(),
-            history: Vec::new(),
-        };
-        self.admit(order, now_secs);
+        self.admit(Order::new(id, content, created_secs), now_secs);
         self.note(id, created_secs, created);
         self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::OrderEvent {
             secs: now_secs,
@@ -186,8 +191,8 @@ impl OrderPool {
         self.open.insert(id, order);
     }
 
-    /// Continues with the open orders of a store: those that a robot has begun stay with it, and
-    /// all others wait.
+    /// Continues with the open orders of a store. An order that a robot has begun stays with it.
+    /// All other orders wait.
     pub(crate) fn restore(&mut self, orders: Vec<Order>, next_id: u64, now_secs: f64) {
         self.next_id = self.next_id.max(next_id);
         for mut order in orders {

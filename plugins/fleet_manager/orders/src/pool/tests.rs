@@ -1,3 +1,4 @@
+use glam::Vec2;
 use proptest::prelude::*;
 use regatta_plugin::world::Role;
 
@@ -8,7 +9,8 @@ use crate::places::Place;
 
 fn places() -> Arc<Places> {
     let role = |id| if id < 5 { Role::Pick } else { Role::Drop };
-    let place = |id| Place { id, role: role(id), position: [id as f32, 0.0], ..Place::default() };
+    let place =
+        |id| Place { id, role: role(id), position: Vec2::X * id as f32, ..Place::default() };
     Arc::new(Places::new((0..10).map(place).collect()))
 }
 
@@ -20,7 +22,10 @@ fn pool(orders: &str) -> OrderPool {
 }
 
 fn candidates(robots: &[u32]) -> Vec<Candidate> {
-    robots.iter().map(|robot| Candidate { robot: *robot, position: [*robot as f32, 0.0] }).collect()
+    robots
+        .iter()
+        .map(|robot| Candidate { robot: *robot, position: Vec2::X * *robot as f32 })
+        .collect()
 }
 
 fn driving(robot: u32, node: u32) -> Option<f64> {
@@ -216,7 +221,8 @@ impl Model {
 }
 
 fn check(pool: &OrderPool, model: &Model) {
-    assert_eq!(pool.by_robot, model.robots);
+    let by_robot: BTreeMap<_, _> = pool.by_robot.iter().map(|(robot, id)| (*robot, *id)).collect();
+    assert_eq!(by_robot, model.robots);
     assert_eq!(pool.open.len() + model.over.len(), model.stops.len(), "no order is lost");
     for order in pool.open.values() {
         let holds =
@@ -229,6 +235,11 @@ fn check(pool: &OrderPool, model: &Model) {
         assert_eq!(pool.names.get(&order.content.name), Some(&order.id));
     }
     assert_eq!((pool.names.len(), pool.made_by.len() <= pool.open.len()), (pool.open.len(), true));
+    for (index, source) in pool.sources.iter().enumerate() {
+        let made: Vec<_> = pool.made_by.iter().filter(|(_, maker)| **maker == index).collect();
+        let unroutable = made.iter().filter(|(id, _)| pool.open[id].state == State::Unroutable);
+        assert_eq!((source.open, source.unroutable), (made.len(), unroutable.count()));
+    }
     let figures = pool.figures(1e4).orders;
     let over = figures.finished + figures.failed + figures.cancelled;
     assert_eq!(over, model.over.len());

@@ -14,7 +14,8 @@ use crate::places::Places;
 use crate::view::{Destination, Page, TransportOrder};
 
 /// The columns of a row, in the order in which they are read.
-const COLUMNS: &str = "name, state, reason, robot, priority, created, earliest, deadline, handled_stops, stops, history, intended_robot";
+const COLUMNS: &str = "name, state, reason, robot, priority, created, earliest, deadline, \
+                       handled_stops, stops, history, intended_robot";
 /// The states of orders that aren't over, as the index `open_order` has them.
 const IS_OPEN: &str = "state NOT IN ('finished', 'failed', 'cancelled')";
 

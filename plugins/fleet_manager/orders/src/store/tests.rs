@@ -1,5 +1,7 @@
 use std::sync::mpsc::channel;
 
+use glam::Vec2;
+
 use super::*;
 use crate::places::Place;
 use crate::threads::{InsertError, Job};
@@ -74,7 +76,7 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
     let text = "- {name: begun, stops: [11, 12]}\n- {name: assigned, stops: [13]}\n- {name: over, stops: [10]}\n";
     pool.add_orders(&crate::file::parse_yaml(text).expect("orders")).expect("valid");
     pool.generate_until(0.0, 3);
-    let robots = [0, 1, 2].map(|robot| Candidate { robot, position: [0.0; 2] });
+    let robots = [0, 1, 2].map(|robot| Candidate { robot, position: Vec2::ZERO });
     pool.assign(0.0, &robots, &|robot, node| Some(f64::from((robot + 1).abs_diff(node))));
     let robot_of = |pool: &OrderPool, name: &str| {
         let order = pool.open_orders().find(|order| order.content.name.as_str() == name);

@@ -159,7 +159,8 @@ impl Thread {
         let path = self.store.path.display();
         match error {
             Some(error) if !self.has_failed => tell!(
-                "fleet-manager: can't write to {path} ({}); acknowledged orders are kept, new ones are refused",
+                "fleet-manager: can't write to {path} ({}); acknowledged orders are kept, new ones \
+                 are refused",
                 cause(error)
             ),
             None if self.has_failed => tell!("fleet-manager: writing to {path} works again"),
@@ -203,8 +204,9 @@ fn insert_all(
     for order in orders {
         let inserted = savepoint
             .prepare_cached(
-                "INSERT INTO transport_order 
-                (name, state, priority, created, earliest, deadline, handled_stops, reason, stops, history, intended_robot)
+                "INSERT INTO transport_order
+                (name, state, priority, created, earliest, deadline, handled_stops, reason, stops,
+                 history, intended_robot)
              VALUES (?, 'created', ?, ?, ?, ?, 0, '', ?, '[]', ?)",
             )?
             .execute(params![
@@ -234,11 +236,11 @@ fn upsert(transaction: &Transaction, order: &Order, places: &Places) -> rusqlite
     transaction
         .prepare_cached(
             "INSERT INTO transport_order
-                (name, id, state, priority, created, earliest, deadline, robot, handled_stops, reason, stops, history,
-                 intended_robot)
+                (name, id, state, priority, created, earliest, deadline, robot, handled_stops,
+                 reason, stops, history, intended_robot)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)
-             ON CONFLICT (name) DO UPDATE SET id = ?2, state = ?3, created = ?5, earliest = ?6, deadline = ?7,
-                robot = ?8, handled_stops = ?9, reason = ?10, history = ?12",
+             ON CONFLICT (name) DO UPDATE SET id = ?2, state = ?3, created = ?5, earliest = ?6,
+                deadline = ?7, robot = ?8, handled_stops = ?9, reason = ?10, history = ?12",
         )?
         .execute(params![
             content.name.as_str(),

@@ -29,7 +29,7 @@ use crate::view::TransportOrder;
 /// The longest time for the body of a request.
 const BODY_TIMEOUT: Duration = Duration::from_secs(20);
 /// The reason of a request that comes when the process ends.
-pub(super) const ENDS: &str = "the manager ends";
+pub(super) const ENDS: &str = "the manager is stopping";
 
 /// The state of the handlers.
 pub(super) struct Api {
@@ -88,8 +88,8 @@ pub(super) fn unavailable(reason: &str) -> Failure {
     Failure(StatusCode::SERVICE_UNAVAILABLE, reason.to_owned())
 }
 
-/// Lets requests pass that have the token. Without one, it refuses those that a web page of another
-/// site made a browser send.
+/// Accepts requests that have the token. Without a token, it refuses requests that a page of
+/// another site makes a browser send.
 pub(super) async fn guard(
     State(api): State<Arc<Api>>,
     request: HttpRequest,
@@ -156,7 +156,7 @@ pub(super) async fn read(request: HttpRequest, limit: usize) -> Result<Bytes, Fa
         status @ StatusCode::PAYLOAD_TOO_LARGE => {
             Failure(status, format!("the body has more than {limit} bytes"))
         }
-        status => Failure(status, format!("the body broke off ({})", rejection.body_text())),
+        status => Failure(status, format!("the body is incomplete ({})", rejection.body_text())),
     })
 }
 

@@ -12,7 +12,7 @@ use tokio::sync::broadcast;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use crate::figures::Figures;
-use crate::order::{NewOrder, Order, OrderId, OrderName, State};
+use crate::order::{NewOrder, Order, OrderId, OrderName};
 use crate::places::Places;
 use crate::threads::{ABSENT, Update, Vehicle};
 use crate::view::{Page, TransportOrder, VehicleView};
@@ -129,11 +129,13 @@ impl Board {
         if content.orders.len() - content.closed.len() + orders.len() > MAX_OPEN {
             return Err(Refusal::Full);
         }
-        let now_secs = content.now_secs;
-        let shown: Vec<_> = orders.iter().map(|order| Arc::new(posted(order, now_secs))).collect();
-        content
-            .orders
-            .extend(shown.iter().map(|order| (order.content.name.clone(), order.clone())));
+        let mut shown = Vec::with_capacity(orders.len());
+        for order in orders {
+            // The pool will number it.
+            let order = Arc::new(Order::new(OrderId(0), order.clone(), content.now_secs));
+            content.orders.insert(order.content.name.clone(), order.clone());
+            shown.push(order);
+        }
         Ok(shown)
     }
 
@@ -211,18 +213,5 @@ impl Content {
         {
             self.orders.remove(&oldest);
         }
-    }
-}
-
-/// Returns an order that the pool hasn't taken yet.
-fn posted(order: &NewOrder, now_secs: f64) -> Order {
-    Order {
-        id: OrderId(0),
-        content: order.clone(),
-        created_secs: now_secs,
-        state: State::Created,
-        handled_stops: 0,
-        reason: String::new(),
-        history: Vec::new(),
     }
 }

@@ -333,7 +333,7 @@ async fn status(State(api): State<Arc<Api>>) -> Json<Value> {
 
 /// Changes as server-sent events: transportOrder, vehicle (not for its position alone), missed
 ///
-/// A reader that is too slow misses some, and is told how many.
+/// A reader that is too slow misses some changes, and gets their number.
 #[utoipa::path(get, path = "/v1/sse", responses(
     (status = 200, description = "Events.", content_type = "text/event-stream"),
     (status = 503, description = "There are too many readers.", body = Error),

@@ -1,6 +1,7 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
+use glam::Vec2;
 use serde_json::{Value, json};
 
 use crate::order::State;
@@ -94,9 +95,9 @@ fn an_order_is_posted_and_followed() {
     );
     assert_eq!(get(address, "/v1/transportOrders/my%20order").1["priority"], json!(0));
     pool.take_requests(3.0);
-    pool.assign(3.0, &[Candidate { robot: 5, position: [0.0; 2] }], &|_, _| Some(1.0));
+    pool.assign(3.0, &[Candidate { robot: 5, position: Vec2::ZERO }], &|_, _| Some(1.0));
     pool.arrived(5, 4.0);
-    let (state, position) = ("handling", [1.0, 2.5]);
+    let (state, position) = ("handling", Vec2::new(1.0, 2.5));
     let vehicle = Vehicle {
         robot: 5,
         state,
@@ -194,7 +195,7 @@ fn withdrawals_are_answered_by_the_book() {
     eventually(address, "/v1/transportOrders/a", |order| order["state"] == "cancelled");
     let (status, answer) = ticking(&mut pool, withdraw("/v1/transportOrders/a/withdrawal"));
     assert_eq!((status, &answer["error"]), (409, &json!("the order is over")));
-    pool.assign(1.0, &[Candidate { robot: 0, position: [0.0; 2] }], &|_, _| Some(1.0));
+    pool.assign(1.0, &[Candidate { robot: 0, position: Vec2::ZERO }], &|_, _| Some(1.0));
     assert!(pool.arrived(0, 1.0) && pool.handled(0, 1.0).is_some());
     assert_eq!(ticking(&mut pool, withdraw("/v1/transportOrders/b/withdrawal")).0, 409);
     assert_eq!(
@@ -365,7 +366,12 @@ fn vehicles_that_only_move_on_are_no_events_and_those_that_leave_are_gone() {
     };
     read_until(": changes");
     let mut show = |secs: f64, robot, state, x| {
-        pool.show_vehicle(Vehicle { robot, state, position: [x, 0.0], ..Vehicle::default() });
+        pool.show_vehicle(Vehicle {
+            robot,
+            state,
+            position: Vec2::new(x, 0.0),
+            ..Vehicle::default()
+        });
         pool.publish(secs);
     };
     show(1.0, 3, "driving", 1.0);

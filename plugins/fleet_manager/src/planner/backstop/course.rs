@@ -1,8 +1,8 @@
 //! Executes a solution: robots drive in its order, however long each takes.
 //!
-//! Of two moves that touch the same roads, the later one is commanded only when the earlier robot
-//! has been granted all of its own. So each waits only for robots that drive already, and no
-//! standstill can follow.
+//! If two moves touch the same roads, the later one is commanded only when the earlier robot has
+//! been granted all of its moves. So each robot waits only for robots that already drive, and no
+//! deadlock can follow.
 
 use std::collections::BTreeMap;
 
@@ -111,8 +111,8 @@ impl Course {
         }
     }
 
-    /// Updates the granted moves. Returns the robots that have come to their ends; `None` if one has
-    /// left its course.
+    /// Updates the granted moves. Returns the robots that have come to their ends; `None` if one
+    /// has left its course.
     pub fn follow(&mut self, traffic: &Traffic<'_>) -> Option<Vec<u32>> {
         for led in &mut self.led {
             let stand = Stand::of(traffic, led.robot)?;

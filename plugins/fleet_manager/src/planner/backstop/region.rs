@@ -13,7 +13,7 @@ use crate::traffic::Traffic;
 /// The limits on the size of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Ways from those that stand to the farthest stand.
+    /// The number of ways from standing robots to the farthest stand.
     pub ways: u32,
     /// Stands.
     pub stands: usize,
@@ -34,8 +34,7 @@ pub struct Region {
     pub starts: Vec<Stand>,
     /// The ways, and where members are; without targets.
     problem: Problem,
-    /// Members and the stands of which each shall get to one: those first that were sent the
-    /// longest ago.
+    /// Members and their target stands. Members that were sent the longest ago come first.
     targets: Vec<(usize, Vec<u16>)>,
 }
 
@@ -80,7 +79,7 @@ impl Region {
         self.targets.len()
     }
 
-    /// The problem to solve, with the targets of some members only: of those that were sent the
+    /// The problem to solve, with the targets of only some members: those that were sent the
     /// longest ago.
     pub fn problem(&self, targets: usize) -> Problem {
         let mut problem = self.problem.clone();
@@ -98,8 +97,8 @@ impl Region {
         })
     }
 
-    /// Finds the targets of members: their goals, or the stands nearest to these. Of several members
-    /// with the same target, only the one that was sent the longest ago has it.
+    /// Finds the targets of members: their goals, or the stands nearest to these. If several
+    /// members have the same target, only the one that was sent the longest ago gets it.
     fn find_targets(&mut self, traffic: &Traffic<'_>, ends: &BTreeMap<Leg, u16>) {
         let roads = traffic.roads;
         let mut times = DrivingTimes::new(roads);
@@ -266,7 +265,7 @@ fn field(traffic: &Traffic<'_>, stands: &[Stand], footprints: &[usize], members:
     field
 }
 
-/// The properties that stands share that are alike.
+/// The properties that equivalent stands share.
 #[derive(PartialEq)]
 struct Kind {
     node: u32,
@@ -277,17 +276,18 @@ struct Kind {
     past: Vec<(u16, u16)>,
 }
 
-/// Returns for each stand the first one that is like it.
+/// Returns the first equivalent stand of each stand.
 fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<Way>]) -> Vec<u16> {
-    let node = |stand: u16| roads.end(stands[usize::from(stand)].leg);
+    let nodes: Vec<u32> = stands.iter().map(|stand| roads.end(stand.leg)).collect();
     let mut past: Vec<Vec<(u16, u16)>> = vec![Vec::new(); stands.len()];
     for (from, ways) in (0..).zip(ways) {
         for (index, way) in (0..).zip(ways) {
             // A robot at an end of a way blocks it in any case.
-            let ends = [node(from), node(way.to)];
-            let others = way.blocked_by.iter().filter(|&&stand| !ends.contains(&node(stand)));
-            for &stand in others {
-                past[usize::from(stand)].push((from, index));
+            let ends = [nodes[usize::from(from)], nodes[usize::from(way.to)]];
+            for &stand in &way.blocked_by {
+                if !ends.contains(&nodes[usize::from(stand)]) {
+                    past[usize::from(stand)].push((from, index));
+                }
             }
         }
     }
@@ -297,7 +297,7 @@ fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<Way>]
         let (stand, paths) = (stands[usize::from(number)], &paths[usize::from(number)]);
         let leaving =
             paths.iter().map(|path| (stretches(roads, stand, &path.legs), path.to)).collect();
-        let kind = Kind { node: node(number), leaving, past };
+        let kind = Kind { node: nodes[usize::from(number)], leaving, past };
         let known = kinds
             .iter()
             .find(|(known, _)| stand.is_at_end(roads) && *known == kind)

@@ -140,7 +140,7 @@ fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
     robots
 }
 
-/// Joins robots and those that they wait for to groups, in ascending order.
+/// Groups robots with the robots that they wait for, in ascending order.
 fn joined(waits: &[(u32, Vec<u32>)]) -> Vec<Vec<u32>> {
     let mut groups: Vec<BTreeSet<u32>> = Vec::new();
     for (robot, blockers) in waits {

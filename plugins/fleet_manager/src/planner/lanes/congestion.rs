@@ -63,7 +63,7 @@ impl Congestion {
         self.lost[edge as usize] += seconds;
     }
 
-    /// Counts the robots whose routes lead along each edge anew, from [`settle`](Self::settle) on.
+    /// Recounts the robots whose routes lead along each edge, from [`settle`](Self::settle) on.
     pub fn count<'a>(&mut self, legs: impl Iterator<Item = &'a Leg>) {
         self.load.fill(0);
         for leg in legs {
@@ -138,8 +138,8 @@ impl Guide {
         &self.landmarks
     }
 
-    /// Computes so many more trees of the next landmarks, on some threads. When they are complete,
-    /// they are used, and delays don't fall below those that they count on.
+    /// Computes this number of further trees of the next landmarks, on some threads. Complete
+    /// landmarks are used, and delays don't fall below the assumed ones.
     pub fn go_on(
         &mut self,
         roads: &Roads,

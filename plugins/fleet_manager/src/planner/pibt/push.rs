@@ -94,8 +94,8 @@ impl<'a> Push<'a> {
         self.traffic.robot(robot)?.goal()
     }
 
-    /// Chooses the next place of a robot. One that is pushed can't stay, and had better not go
-    /// where the other goes on to.
+    /// Chooses the next place of a robot. A pushed robot can't stay, and avoids the next place of
+    /// the pushing robot.
     fn choose(&mut self, robot: u32, place: u32, pushed_to: Option<u32>) -> Outcome {
         let is_pushed = pushed_to.is_some();
         self.chain.push(place);
@@ -138,7 +138,7 @@ impl<'a> Push<'a> {
         outcome
     }
 
-    /// Asks a robot to leave its place, for one that goes on to another place.
+    /// Asks a robot to leave its place for a robot that continues to another place.
     fn make_way(&mut self, robot: u32, place: u32, next: Option<u32>) -> Outcome {
         let Some(state) = self.traffic.robot(robot) else { return Outcome::Later };
         if state.is_pinned() || state.is_adopted() || self.chain.len() > LONGEST_CHAIN {
@@ -214,7 +214,7 @@ impl<'a> Push<'a> {
 
 /// A hop that a robot may choose, or to stay.
 struct Choice<'a> {
-    /// Whether it leads to the place that the pushing robot goes on to.
+    /// Whether it leads to the next place of the pushing robot.
     is_pushed_to: bool,
     /// Seconds to the goal.
     secs: f64,

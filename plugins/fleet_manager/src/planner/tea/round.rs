@@ -208,8 +208,8 @@ fn starts(traffic: &Traffic<'_>) -> BTreeMap<u32, Planned> {
     robots
 }
 
-/// Returns the robots with goals: those first that were sent the longest ago, but each behind those
-/// that are ahead of it.
+/// Returns the robots with goals. Robots that were sent the longest ago come first, but each robot
+/// comes after the robots ahead of it.
 fn order(traffic: &Traffic<'_>, robots: &BTreeMap<u32, Planned>) -> Vec<u32> {
     let mut sorted: Vec<(f64, u32)> = Vec::new();
     for &robot in robots.keys().filter(|robot| is_planned(traffic, robots, **robot)) {

@@ -30,7 +30,7 @@ pub(super) struct Query<'a> {
     /// As published: whether the robot keeps away from the neighbours of others' nodes and from
     /// their reached targets, and stays at its own up to the last layer.
     pub strict: bool,
-    /// The most states to look at.
+    /// The maximum number of states to examine.
     pub most_states: u64,
 }
 

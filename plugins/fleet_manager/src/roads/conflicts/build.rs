@@ -177,8 +177,8 @@ impl Finder<'_> {
     }
 
     /// Returns the distances at which robots follow each other, in metres: by the track of the one
-    /// behind. A robot that keeps it is never in the way of the one ahead, whichever way that goes
-    /// on.
+    /// behind. A robot that keeps this distance never blocks the one ahead, whichever way that one
+    /// takes.
     fn separations(&self, footprints: [usize; 2], tracks: usize, found: &[Found]) -> Vec<f32> {
         let [own, other] = footprints;
         let mut separations = cores::map(tracks, |track| self.separation(own, other, track as u32));

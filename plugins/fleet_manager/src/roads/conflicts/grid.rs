@@ -1,8 +1,9 @@
 //! A uniform grid that finds tracks near each other.
 
 use glam::{Vec2, uvec2};
+use regatta_base::rows::Rows;
 
-use super::super::{Rectangle, Rows, cores};
+use super::super::{Rectangle, cores};
 
 /// Tracks by the cells that they sweep.
 #[derive(Debug)]

@@ -93,7 +93,8 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// A frame at `now` that stands for some seconds, after one at `before`; simulated seconds.
+    /// A frame at `now` that covers some seconds, after a frame at `before`; all in simulated
+    /// seconds.
     pub fn new(before: f64, now: f64, secs: f64) -> Self {
         Self { now, before, secs, fade: fade(now - before) }
     }
@@ -111,7 +112,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Adds what a robot loses in a frame.
+    /// Adds the time that a robot loses in a frame.
     pub fn lose(&mut self, loss: &Loss, moment: &Moment) {
         if !loss.place.iter().all(|part| part.is_finite()) {
             return;

@@ -3,7 +3,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::*;
-use crate::histogram::{DurationRecorder, DurationStats};
+use crate::durations::{DurationRecorder, DurationStats};
 use crate::snapshot::{Collisions, IntervalStats, Snapshot};
 use crate::testing;
 

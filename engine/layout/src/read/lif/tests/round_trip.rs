@@ -164,10 +164,12 @@ fn what_is_lost_is_listed() {
     nodes[0].tags = tags.boxed();
     let mut edge = Edge::new(
         3,
-        [NodeIndex(0), NodeIndex(1)],
+        NodeIndex(0),
+        NodeIndex(1),
         CubicBezier::straight(DVec2::ZERO, DVec2::X * 4.0),
-        (1.5, Some(0.5)),
+        1.5,
     );
+    edge.reverse_speed = Some(0.5);
     let mut tags = Tags::default();
     tags.set("colour", "red");
     tags.set("maxHeight", "2.5");
@@ -215,10 +217,8 @@ fn names_are_ids_if_all_have_one() {
         tags: Tags::named(name).boxed(),
         ..Node::new(id, DVec2::X * f64::from(id), 0.0)
     };
-    let ends = [NodeIndex(0), NodeIndex(1)];
-    let edge = |id: u32| {
-        Edge::new(id, ends, CubicBezier::straight(DVec2::X * 5.0, DVec2::X * 6.0), (1.0, None))
-    };
+    let path = CubicBezier::straight(DVec2::X * 5.0, DVec2::X * 6.0);
+    let edge = |id: u32| Edge::new(id, NodeIndex(0), NodeIndex(1), path, 1.0);
     let named = |id: u32, name: &str| Edge { tags: Tags::named(name).boxed(), ..edge(id) };
     let graph = RouteGraph::from_valid_parts(
         vec![node(5, "a"), node(6, "b")],
@@ -248,7 +248,7 @@ fn the_number_of_vehicle_types_is_bounded() {
     let path = CubicBezier::straight(DVec2::ZERO, DVec2::X);
     let graph = RouteGraph::from_valid_parts(
         nodes,
-        vec![Edge::new(1, [NodeIndex(0), NodeIndex(1)], path, (1.0, None))],
+        vec![Edge::new(1, NodeIndex(0), NodeIndex(1), path, 1.0)],
     );
     let written = write(&graph);
     assert_eq!(written.text.matches("\"type").count(), 100);
@@ -259,7 +259,10 @@ fn the_number_of_vehicle_types_is_bounded() {
 fn reverse_gears_are_numbered_after_the_last_edge() {
     let nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
     let path = CubicBezier::straight(DVec2::ZERO, DVec2::X);
-    let edge = |id| Edge::new(id, [NodeIndex(0), NodeIndex(1)], path, (1.0, Some(1.0)));
+    let edge = |id| Edge {
+        reverse_speed: Some(1.0),
+        ..Edge::new(id, NodeIndex(0), NodeIndex(1), path, 1.0)
+    };
     let (again, _) =
         read(&write(&RouteGraph::from_valid_parts(nodes, [9, 4].map(edge).into())).text);
     assert_eq!(again.edges().iter().map(|edge| edge.id).collect::<Vec<_>>(), [9, 4, 10, 11]);
@@ -297,8 +300,9 @@ fn graphs() -> impl Strategy<Value = RouteGraph> {
                 to = (from + 1) % nodes.len();
             }
             let path = path(nodes[from].position, nodes[to].position, &handles);
-            let ends = [from, to].map(|index| NodeIndex(index as u32));
-            Edge { orientation, ..Edge::new(id, ends, path, speeds) }
+            let [from, to] = [from, to].map(|index| NodeIndex(index as u32));
+            let (speed, reverse_speed) = speeds;
+            Edge { orientation, reverse_speed, ..Edge::new(id, from, to, path, speed) }
         });
         let edges = edges.collect();
         RouteGraph::from_valid_parts(nodes, edges).with_origin(origin)

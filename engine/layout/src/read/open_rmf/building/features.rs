@@ -53,8 +53,8 @@ fn outline(floor: &Tree<'_>, level: &Level) -> Option<Vec<DVec2>> {
     line(corners.iter().chain(corners.first()), level).filter(|line| line.len() > 2)
 }
 
-/// Sets the doors of lanes that cross them, in the coordinates of the file as the generator does:
-/// the last one wins.
+/// Sets the doors of lanes that cross them. It uses the coordinates of the file and the last of
+/// several doors, as Open-RMF's generator does.
 fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
     let vertices = points.tree.items_of("vertices");
     let doors = points.tree.items_of("doors").iter();
@@ -102,7 +102,7 @@ fn warn_of_long_name(tree: &Tree<'_>, what: &str, name: &str, report: &mut Repor
     report.file_warning(tree.at, message);
 }
 
-/// Whether two segments cross, with the generator's tolerance for parallel ones.
+/// Whether two segments cross, with the tolerance of Open-RMF's generator for parallel segments.
 fn intersect([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     let (first, second, between) = (a - b, c - d, a - c);
     let determinant = first.perp_dot(second);
@@ -114,7 +114,7 @@ fn intersect([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u)
 }
 
-/// Sets the lifts of vertices that are in their shafts, and draws these on the levels that they
+/// Sets the lifts of vertices in their shafts. Adds the outlines of lifts to the levels that they
 /// serve.
 pub(super) fn add_lifts(
     root: &Tree<'_>,
@@ -124,12 +124,7 @@ pub(super) fn add_lifts(
     report: &mut Report<'_>,
 ) {
     let lifts = root.entries_of("lifts");
-    let index_of = |name: &str| trees.iter().position(|(level, _)| *level == name);
-    let elevation = |index: usize| {
-        trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0)
-    };
-    let reference =
-        root.text_of("reference_level_name").and_then(|name| index_of(&name)).unwrap_or(0);
+    let reference = named_level(root, "reference_level_name", trees).unwrap_or(0);
     let vertices: usize = levels.iter().map(|level| level.vertices.len()).sum();
     let shafts = lifts.len().saturating_mul(trees.len());
     if shafts > MAX_SHAFTS || lifts.len().saturating_mul(vertices) > MAX_COMPARISONS {
@@ -140,12 +135,11 @@ pub(super) fn add_lifts(
         return;
     }
     for (name, lift) in lifts {
-        let floor = |key: &str| lift.get(key).and_then(Tree::text).and_then(|name| index_of(&name));
-        let [lowest, highest] =
-            ["lowest_floor", "highest_floor"].map(|key| floor(key).map(elevation));
+        let [lowest, highest] = ["lowest_floor", "highest_floor"]
+            .map(|key| named_level(lift, key, trees).map(|level| elevation(level, trees)));
         let range = lowest.unwrap_or(f64::NEG_INFINITY)..=highest.unwrap_or(f64::INFINITY);
         let has_doors = lift.get("level_doors").is_some_and(|doors| !doors.entries().is_empty());
-        let home = floor("reference_floor_name").unwrap_or(reference);
+        let home = named_level(lift, "reference_floor_name", trees).unwrap_or(reference);
         let Some(shaft) = shaft(lift, home, transforms) else {
             let message =
                 format!("lift `{}` has no x, y, width and depth: not used", shorten(name));
@@ -159,12 +153,23 @@ pub(super) fn add_lifts(
             warn_of_long_name(lift, "lift", name, report);
             continue;
         }
-        let served =
-            levels.iter_mut().enumerate().filter(|(index, _)| range.contains(&elevation(*index)));
-        for (_, level) in served {
-            shaft.add_to(level, name);
+        for (index, level) in levels.iter_mut().enumerate() {
+            if range.contains(&elevation(index, trees)) {
+                shaft.add_to(level, name);
+            }
         }
     }
+}
+
+/// Returns the index of the level that a key of a map names.
+fn named_level(map: &Tree<'_>, key: &str, trees: &[(&str, &Tree<'_>)]) -> Option<usize> {
+    let name = map.text_of(key)?;
+    trees.iter().position(|(level, _)| *level == name)
+}
+
+/// Returns the elevation of a level in metres; 0 if the file gives none.
+fn elevation(index: usize, trees: &[(&str, &Tree<'_>)]) -> f64 {
+    trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0)
 }
 
 /// The shaft of a lift.

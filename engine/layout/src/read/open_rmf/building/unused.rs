@@ -1,5 +1,5 @@
-//! The content of a building map that routes don't need, such as pictures and the simulation of
-//! physics: counted by kind.
+//! Counts, by kind, the content of a building map that routes don't need, such as pictures and the
+//! simulation of physics.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use super::{Ignored, ignore_unknown};
 const FILE_KEYS: [&str; 5] =
     ["levels", "lifts", "coordinate_system", "parameters", "reference_level_name"];
 
-/// Keys of a level that are used, or whose values are looked at one by one.
+/// Keys of a level that are used, or whose values are checked separately.
 const LEVEL_KEYS: [&str; 9] = [
     "vertices",
     "lanes",
@@ -40,7 +40,7 @@ const LIFT_KEYS: [&str; 9] = [
 /// Keys of vertices that name dispensers and ingestors.
 const PLACE_KEYS: [&str; 2] = ["pickup_dispenser", "dropoff_ingestor"];
 
-/// Counts what isn't used of the file as a whole and of its lifts.
+/// Counts the unused keys of the file and of its lifts.
 pub(super) fn of_file(root: &Tree<'_>, ignored: &mut Ignored) {
     ignore_unknown(root, &FILE_KEYS, "the file", ignored);
     if let Some(parameters) = root.get("parameters") {
@@ -51,7 +51,7 @@ pub(super) fn of_file(root: &Tree<'_>, ignored: &mut Ignored) {
     }
 }
 
-/// Counts what isn't used of the levels.
+/// Counts the unused content of the levels.
 pub(super) fn of_levels(trees: &[(&str, &Tree<'_>)], levels: &[Level], ignored: &mut Ignored) {
     let vertices = levels.iter().flat_map(|level| &level.vertices);
     let places: BTreeSet<&str> = vertices
@@ -83,7 +83,7 @@ fn of_level(tree: &Tree<'_>, ignored: &mut Ignored) {
     }
 }
 
-/// Counts models that are no stations, and what isn't used of those that are.
+/// Counts models that aren't stations, and unused keys of stations.
 fn of_models(tree: &Tree<'_>, places: &BTreeSet<&str>, ignored: &mut Ignored) {
     for model in tree.items_of("models") {
         let name = model.text_of("name");
@@ -95,7 +95,7 @@ fn of_models(tree: &Tree<'_>, places: &BTreeSet<&str>, ignored: &mut Ignored) {
     }
 }
 
-/// Counts heights, and the names and properties of vertices that don't become nodes.
+/// Counts heights, and the names and properties of vertices without a node.
 fn of_vertices(tree: &Tree<'_>, level: &Level, ignored: &mut Ignored) {
     let ends: BTreeSet<usize> = level.lanes.iter().flat_map(|lane| lane.ends).collect();
     for (index, (tuple, vertex)) in

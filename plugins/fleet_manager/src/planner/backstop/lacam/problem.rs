@@ -28,7 +28,7 @@ pub struct Problem {
     pub ways: Vec<Vec<Way>>,
     /// By agent: its stand.
     pub starts: Vec<u16>,
-    /// By agent: the stands of which it shall get to one; empty if any will do.
+    /// By agent: its target stands, of which it must reach one; empty if any stand will do.
     pub targets: Vec<Vec<u16>>,
 }
 

@@ -80,8 +80,8 @@ impl<'a> Step<'a> {
         })
     }
 
-    /// Lets an agent choose; one that is in another one's way can't stay. Returns whether it does
-    /// what is asked of it.
+    /// Lets an agent choose. An agent that blocks another one can't stay. Returns whether it
+    /// complies.
     fn decide(&mut self, agent: u16, is_in_way: bool) -> bool {
         self.is_decided[usize::from(agent)] = true;
         let from = self.at[usize::from(agent)];

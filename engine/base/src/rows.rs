@@ -1,4 +1,11 @@
 //! Compressed sparse rows: lists of values by a dense index, one after the other in memory.
+//!
+//! ```
+//! use regatta_base::rows::Rows;
+//!
+//! let exits = Rows::by_row(3, vec![(2, 'd'), (0, 'b'), (2, 'a')]);
+//! assert_eq!([exits.row(0), exits.row(1), exits.row(2)], [&['b'][..], &[], &['d', 'a']]);
+//! ```
 
 use std::ops::Range;
 
@@ -12,6 +19,9 @@ pub struct Rows<T> {
 
 impl<T> Rows<T> {
     /// Makes `count` rows of pairs of a row and a value. The values of a row are sorted.
+    ///
+    /// # Panics
+    /// If a pair is of another row.
     pub fn new(count: usize, mut pairs: Vec<(u32, T)>) -> Self
     where
         T: Ord,
@@ -20,8 +30,20 @@ impl<T> Rows<T> {
         Self::of_sorted(count, pairs)
     }
 
+    /// Makes `count` rows of pairs of a row and a value. The values of a row stay in their order.
+    ///
+    /// # Panics
+    /// If a pair is of another row.
+    pub fn by_row(count: usize, mut pairs: Vec<(u32, T)>) -> Self {
+        pairs.sort_by_key(|(row, _)| *row);
+        Self::of_sorted(count, pairs)
+    }
+
     /// Makes `count` rows of pairs of a row and a value, which are in ascending order of their
     /// rows.
+    ///
+    /// # Panics
+    /// If a pair is of another row.
     pub fn of_sorted(count: usize, pairs: impl IntoIterator<Item = (u32, T)>) -> Self {
         let (mut starts, mut values) = (vec![0; count + 1], Vec::new());
         for (row, value) in pairs {
@@ -47,6 +69,11 @@ impl<T> Rows<T> {
     /// The indices of a row's values among all values.
     pub fn range(&self, row: u32) -> Range<usize> {
         self.starts[row as usize] as usize..self.starts[row as usize + 1] as usize
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 
     /// Number of rows.

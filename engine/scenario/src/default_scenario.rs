@@ -1,4 +1,4 @@
-//! A scenario for a layout that has none: what a user wants to see first of a plant.
+//! A default scenario for a layout without one.
 
 use std::fmt::Write;
 
@@ -7,10 +7,10 @@ use regatta_layout::{ReadOptions, RouteGraph};
 /// Metres of edges per robot.
 const METRES_PER_ROBOT: f64 = 10.0;
 
-/// The most robot types.
+/// The maximum number of robot types.
 const MOST_TYPES: usize = 20;
 
-/// The most robots.
+/// The maximum number of robots.
 const MOST_ROBOTS: f64 = 1000.0;
 
 /// Returns the text of a scenario for a layout: robots on random routes, one for each 10 m of edges
@@ -18,7 +18,7 @@ const MOST_ROBOTS: f64 = 1000.0;
 ///
 /// `file` is the path of the layout as the scenario names it, and `options` are those with which it
 /// was read.
-pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -> String {
+pub fn default_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -> String {
     let metres: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
     let most = MOST_ROBOTS.min(graph.edges().len() as f64);
     let robots = (metres / METRES_PER_ROBOT).floor().clamp(1.0, most) as u32;
@@ -135,9 +135,9 @@ mod tests {
     const GRAPH: &str = include_str!("../../../graphs/square.yaml");
 
     #[test]
-    fn a_made_up_scenario_can_be_run() {
+    fn the_default_scenario_can_be_run() {
         let (graph, _) = parse(GRAPH, "square.yaml", &ReadOptions::default()).expect("a graph");
-        let text = made_up_scenario(&graph, "a \"plant\".yaml", &ReadOptions::default());
+        let text = default_scenario(&graph, "a \"plant\".yaml", &ReadOptions::default());
         let scenario =
             Scenario::from_texts(&text, GRAPH, Path::new("s.yaml"), &Overrides::default());
         let scenario = scenario.expect("a scenario");
@@ -151,16 +151,16 @@ mod tests {
         text =
             text.replacen("Theta: ", "Properties: {vehicleTypeId: \"AGV 1, tugger\"}, Theta: ", 1);
         let (graph, _) = parse(&text, "square.yaml", &ReadOptions::default()).expect("a graph");
-        let made_up = made_up_scenario(&graph, "square.yaml", &ReadOptions::default());
+        let scenario_text = default_scenario(&graph, "square.yaml", &ReadOptions::default());
         let scenario =
-            Scenario::from_texts(&made_up, &text, Path::new("s.yaml"), &Overrides::default());
+            Scenario::from_texts(&scenario_text, &text, Path::new("s.yaml"), &Overrides::default());
         let names: Vec<_> =
             scenario.expect("a scenario").robot_types.into_iter().map(|of| of.name).collect();
         assert_eq!(names, ["AGV 1", "tugger"]);
     }
 
     #[test]
-    fn a_made_up_scenario_doesnt_warn_of_turns_that_its_robots_make() {
+    fn a_default_scenario_doesnt_warn_of_turns_that_its_robots_make() {
         let text = "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,B\nB,A\n";
         let (_, findings) = parse(text, "t.csv", &ReadOptions::default()).expect("a graph");
         assert!(
@@ -172,7 +172,7 @@ mod tests {
         let scenario = Scenario::from_text(text, Path::new("t.csv"), &Overrides::default())
             .expect("a scenario");
         assert!(
-            scenario.is_made_up
+            scenario.is_default
                 && !scenario.warnings.iter().any(|line| line.contains("max_rotation_speed"))
         );
     }
@@ -199,10 +199,11 @@ mod tests {
             skeleton: Some(Millimetres(650)),
             ..ReadOptions::default()
         };
-        let text = made_up_scenario(&graph, "x", &options);
+        let text = default_scenario(&graph, "x", &options);
         assert!(
             text.contains(
-                "layout:\n  level: \"L \\\"1\\\"\"\n  layers: [\"Lanes\", \"0\"]\n  units: in\n  skeleton: 0.65\n"
+                "layout:\n  level: \"L \\\"1\\\"\"\n  layers: [\"Lanes\", \"0\"]\n  units: in\n  \
+                 skeleton: 0.65\n"
             ),
             "{text}"
         );

@@ -1,10 +1,10 @@
-//! Tests that colours are told apart with any colour vision. Vision is simulated as by Machado,
-//! Oliveira and Fernandes (2009) for a complete lack of one kind of cones; the distance is that of
-//! CIE 1976, in which 20 is a plain difference.
+//! Tests that colours can be distinguished with any colour vision. Vision is simulated as by
+//! Machado, Oliveira and Fernandes (2009) for a complete lack of one kind of cones; the distance is
+//! that of CIE 1976, in which 20 is a plain difference.
 
 use glam::{Mat3, Vec3};
 
-use super::{Rgb, Scale, Theme, activities, collisions, states};
+use super::*;
 
 const LEAST: f32 = 20.0;
 
@@ -82,4 +82,69 @@ fn lines_are_told_apart_with_any_colour_vision() {
         ];
         assert_apart(&lines.map(|(name, colour)| (name.to_owned(), colour)));
     }
+}
+
+/// The conversion from linear sRGB, as published by its author.
+fn oklab(colour: Rgb) -> Vec3 {
+    let lms = Mat3::from_cols_array(&[
+        0.412_221_46,
+        0.211_903_5,
+        0.088_302_46,
+        0.536_332_55,
+        0.680_699_5,
+        0.281_718_85,
+        0.051_445_995,
+        0.107_396_96,
+        0.629_978_7,
+    ]);
+    let lab = Mat3::from_cols_array(&[
+        0.210_454_26,
+        1.977_998_5,
+        0.025_904_037,
+        0.793_617_8,
+        -2.428_592_2,
+        0.782_771_77,
+        -0.004_072_047,
+        0.450_593_7,
+        -0.808_675_77,
+    ]);
+    lab * Vec3::from((lms * colour.linear()).to_array().map(f32::cbrt))
+}
+
+#[test]
+fn steps_of_colour_are_equal_and_lightness_changes_in_one_direction() {
+    for theme in [Theme::Dark, Theme::Light] {
+        let colours = heat_ramp(theme).map(oklab);
+        let steps: Vec<f32> = colours.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+        let (least, most) = steps
+            .iter()
+            .fold((f32::MAX, 0.0_f32), |(low, high), step| (low.min(*step), high.max(*step)));
+        assert!(most < 1.08 * least, "{theme:?}: from {least} to {most}");
+        let lightness = colours.map(|colour| colour.x);
+        let rises = lightness.is_sorted();
+        assert!(
+            rises == (theme == Theme::Dark) && (rises || lightness.iter().rev().is_sorted()),
+            "{lightness:?}"
+        );
+        let floor = oklab(theme.colours().floor);
+        let away = colours.map(|colour| colour.distance(floor));
+        assert!(away[0] > 0.1 && away[15] > away[0], "{theme:?}: {away:?}");
+    }
+}
+
+#[test]
+fn ramps_increase_in_lightness() {
+    let scale = Scale::Ramp { low: 0.0, high: 1.0, unit: "" };
+    let lightness = scale
+        .colours(Theme::Dark)
+        .map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+    assert!(lightness.is_sorted(), "{lightness:?}");
+}
+
+#[test]
+fn colourings_are_parsed_as_they_are_printed() {
+    for text in ["state", "speed", "type", "collision", "battery"] {
+        assert_eq!(text.parse::<Colouring>().unwrap().to_string(), text);
+    }
+    assert!("no such/name".parse::<Colouring>().is_err());
 }

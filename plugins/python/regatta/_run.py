@@ -1,0 +1,74 @@
+"""Whole runs that no process watches."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from dataclasses import dataclass
+
+from regatta._errors import Error
+from regatta._program import find_program
+
+
+class RunError(Error):
+    """A run has failed."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """The figures of a run."""
+
+    robots: int
+    """The number of robots at the end."""
+    ticks: int
+    """The number of ticks."""
+    sim_time_secs: float
+    """Simulated time, in seconds."""
+    wall_time_secs: float
+    """The time that the run took, in seconds."""
+    orders_finished: int
+    """Transport orders that were carried out."""
+    orders_open: int
+    """Transport orders that weren't over at the end."""
+    orders_failed: int
+    """Transport orders that the fleet manager gave up."""
+    orders_per_hour: float
+    """Finished transport orders per simulated hour."""
+    service_p50_secs: float | None
+    """The median time from an order's creation to its end, in seconds; ``None`` if none was finished."""
+    service_p99_secs: float | None
+    """The 99th percentile of it."""
+    utilisation: float
+    """The part of the robots' time with an order, from 0 to 1."""
+    waiting: float
+    """The part of the robots' time in which they stood and waited for room, from 0 to 1."""
+    findings: dict[str, int]
+    """The validator's findings by kind. An empty one means that robots never touched, and nothing else was found."""
+    digest: str
+    """A hash of all frames: the same on every machine."""
+
+
+def run(
+    scenario: str | os.PathLike[str], simulated: float, *, robots: int | None = None, seed: int | None = None
+) -> RunResult:
+    """Runs a scenario for ``simulated`` seconds, as fast as possible, and returns its figures.
+
+    Engine, fleet manager and validator run in one process, which no other process sees. ``robots`` and ``seed``
+    replace those of the scenario.
+
+    >>> regatta.run("graphs/warehouse-charging.yaml", 3600, robots=20).orders_per_hour  # doctest: +SKIP
+    """
+    program = find_program()
+    if program is None:
+        raise RunError("the program regatta isn't installed: install the wheel, or set REGATTA_PROGRAM to its path")
+    command = [program, "run", os.fspath(scenario), "--in-process", "--json", "--simulated", f"{simulated}s"]
+    command += [] if robots is None else ["--robots", str(robots)]
+    command += [] if seed is None else ["--seed", str(seed)]
+    ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    # Plugins of the scenario may have printed summaries before.
+    lines = ended.stdout.splitlines()
+    if not lines or not lines[-1].startswith("{"):
+        errors = [line for line in ended.stderr.splitlines() if line.strip()]
+        raise RunError(errors[-1].removeprefix("regatta: ") if errors else "the run ended without a result")
+    return RunResult(**json.loads(lines[-1]))
