@@ -255,7 +255,7 @@ mod tests {
             ("stops,time\nA\n", "line 2: 1 columns instead of 2"),
             ("stops\nA:lift\n", "unknown action `lift`"),
             ("stops,Stops\nA,A\n", "twice"),
-            ("stops,priority\nA,300\n", "`300` is no priority"),
+            ("stops,priority\nA,300\n", "`300` isn't a priority"),
         ] {
             let error = parse_csv(text).expect_err(text).to_string();
             assert!(error.contains(message), "{text}: {error}");

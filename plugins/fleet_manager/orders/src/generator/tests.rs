@@ -121,7 +121,7 @@ fn a_generator_continues_after_orders_that_it_has_made() {
 #[test]
 fn what_is_wrong_in_a_load_is_refused() {
     for (text, message) in [
-        ("load: {}", "one of per_hour, shifts, endless"),
+        ("load: {}", "one of per_hour, shifts and endless"),
         ("load: {per_hour: 1, shifts: []}", "one of per_hour"),
         ("load:\n  per_hour: -1", "line 2: -1 is below 0"),
         ("load: {per_hour: 1e99}", "are over"),
