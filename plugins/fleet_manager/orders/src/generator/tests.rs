@@ -124,7 +124,7 @@ fn what_is_wrong_in_a_load_is_refused() {
         ("load: {}", "one of per_hour, shifts and endless"),
         ("load: {per_hour: 1, shifts: []}", "one of per_hour"),
         ("load:\n  per_hour: -1", "line 2: -1 is below 0"),
-        ("load: {per_hour: 1e99}", "are over"),
+        ("load: {per_hour: 1e99}", "orders an hour are too many"),
         ("load: {shifts: []}", "no shifts"),
         ("load: {shifts: [{until: 5, per_hour: 1}, {until: 5, per_hour: 1}]}", "must be after"),
         ("load: {per_hour: 1, from: nowhere}", "`nowhere` is neither a group nor a role"),
