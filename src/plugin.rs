@@ -7,6 +7,9 @@ use regatta_scenario::closest;
 use crate::failure::{Failure, plugin_failure};
 use crate::version;
 
+/// Makes a plugin of its arguments, the first of which is its name.
+type MakePlugin = fn(Vec<String>) -> regatta_plugin::Result<Box<dyn Plugin>>;
+
 /// A built-in plugin.
 struct BuiltIn {
     name: &'static str,
@@ -14,7 +17,7 @@ struct BuiltIn {
     /// Runs the plugin with its arguments, the first of which is its name.
     run: fn(Vec<String>) -> regatta_plugin::Result,
     /// Makes the plugin for a run in one process; `None` if it waits for others there.
-    make: Option<fn(Vec<String>) -> regatta_plugin::Result<Box<dyn Plugin>>>,
+    make: Option<MakePlugin>,
     /// Adds the plugin's options, for completions and man pages.
     add_options: fn(Command) -> Command,
 }

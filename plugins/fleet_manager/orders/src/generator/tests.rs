@@ -126,7 +126,10 @@ fn what_is_wrong_in_a_load_is_refused() {
         ("load:\n  per_hour: -1", "line 2: -1 is below 0"),
         ("load: {per_hour: 1e99}", "orders an hour are too many"),
         ("load: {shifts: []}", "no shifts"),
-        ("load: {shifts: [{until: 5, per_hour: 1}, {until: 5, per_hour: 1}]}", "must be later than"),
+        (
+            "load: {shifts: [{until: 5, per_hour: 1}, {until: 5, per_hour: 1}]}",
+            "must be later than",
+        ),
         ("load: {per_hour: 1, from: nowhere}", "`nowhere` is neither a group nor a role"),
         ("load: {per_hour: 1, from: park}", "no node has the role `park`"),
         ("load: {groups: {a: [N9]}, per_hour: 1}", "`N9` is neither the name nor the id"),
