@@ -3,7 +3,7 @@
 //!
 //! | module | |
 //! |---|---|
-//! | [`plugin`] | the plugin: frames in, commands and the order log out |
+//! | [`mod@plugin`] | the plugin: frames in, commands and the order log out |
 //! | [`roads`] | the legs of a world, the conflicts between them, places to stop |
 //! | [`claims`] | the parts of the roads that are reserved for one robot each |
 //! | [`traffic`] | the traffic as planners see it |
