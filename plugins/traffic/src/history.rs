@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use regatta_kit::RunHistory;
 use regatta_plugin::history::HistoryHeader;
-use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result};
 
 /// The time between two publications, unless they take long.
@@ -39,20 +38,17 @@ impl PublishedHistory {
         }))
     }
 
-    /// Adds a frame. `figures` are those of the last minute, by edge; empty if there are none yet.
+    /// Adds a frame. `throughput` is the number of robots that enter an edge, per hour, over the
+    /// last minute, if it is known.
     ///
     /// # Errors
     /// If shared memory fails.
-    pub fn add(&mut self, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
+    pub fn add(&mut self, frame: &Frame<'_>, throughput: Option<f32>) -> Result {
         self.contacts.latest()?;
         let has_checker = self.contacts.has_publisher();
         let contacts = self.contacts.current().filter(|_| has_checker);
-        self.run.add(frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || {
-            match figures {
-                [] => None,
-                figures => Some(figures.iter().map(|edge| edge.entered_per_hour).sum()),
-            }
-        });
+        let contacts = contacts.map(|contacts| (contacts.header, contacts.pairs));
+        self.run.add(frame, contacts, || throughput);
         self.publish(frame)
     }
 
