@@ -30,6 +30,11 @@ impl Body {
         let radius = if is_circle { half.x } else { half.x.hypot(half.y) };
         Self { robot, position, theta, half, is_circle, radius }
     }
+
+    /// Returns the body of another robot of the same type.
+    pub fn of(&self, robot: u32, position: Vec2, theta: f32) -> Self {
+        Self { robot, position, theta, ..*self }
+    }
 }
 
 /// A uniform grid, which finds near pairs.
