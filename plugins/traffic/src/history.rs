@@ -16,6 +16,10 @@ pub struct PublishedHistory {
     publisher: HistoryPublisher,
     contacts: ContactReader,
     run: RunHistory,
+    /// The header of the newest frame.
+    newest: HistoryHeader,
+    /// Whether frames aren't published yet.
+    is_due: bool,
     publish_at: Instant,
 }
 
@@ -34,6 +38,8 @@ impl PublishedHistory {
             publisher,
             contacts: ContactReader::open_on(fleet)?,
             run: RunHistory::default(),
+            newest: HistoryHeader::default(),
+            is_due: false,
             publish_at: Instant::now(),
         }))
     }
@@ -49,22 +55,33 @@ impl PublishedHistory {
         let contacts = self.contacts.current().filter(|_| has_checker);
         let contacts = contacts.map(|contacts| (contacts.header, contacts.pairs));
         self.run.add(frame, contacts, || throughput);
-        self.publish(frame)
-    }
-
-    fn publish(&mut self, frame: &Frame<'_>) -> Result {
-        let start = Instant::now();
-        if start < self.publish_at {
-            return Ok(());
-        }
-        let header = HistoryHeader {
+        self.newest = HistoryHeader {
             run_id: frame.run_id(),
             tick: frame.tick(),
             sim_time_nanos: frame.header().sim_time_nanos,
             began_nanos: (self.run.spots.began().1 * 1e9) as u64,
             sequence: 0,
         };
-        self.publisher.publish(&header, &self.run.series.samples, &self.run.spots.list())?;
+        self.is_due = true;
+        self.publish()
+    }
+
+    /// Publishes the history if there are frames that aren't published yet. Without readers they
+    /// stay due, so that the first one gets all of it at once.
+    ///
+    /// # Errors
+    /// If shared memory fails.
+    pub fn publish(&mut self) -> Result {
+        if !self.is_due || self.publisher.readers() == 0 {
+            return Ok(());
+        }
+        let start = Instant::now();
+        if start < self.publish_at {
+            return Ok(());
+        }
+        self.is_due = false;
+        let RunHistory { series, spots } = &self.run;
+        self.publisher.publish(&self.newest, &series.samples, &spots.list())?;
         self.publish_at = Instant::now() + PUBLISH_EVERY.max(start.elapsed() * PAUSES);
         Ok(())
     }

@@ -104,10 +104,13 @@ impl History {
         }
     }
 
-    fn update(&self) {
+    /// Gives the history to readers that have joined since.
+    fn update(&mut self) -> Result {
         if let Self::Published(history) = self {
+            history.publish()?;
             history.update();
         }
+        Ok(())
     }
 }
 
@@ -309,11 +312,9 @@ impl Plugin for TrafficPlugin {
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         self.publish()?;
-        if let Some(ports) = &self.ports {
-            ports.traffic.update();
-            ports.history.update();
-        }
-        Ok(())
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        ports.traffic.update();
+        ports.history.update()
     }
 
     fn rate(&self) -> Rate {

@@ -64,40 +64,45 @@ impl Sum for Extra {
 
 /// Edges are counted in blocks of this many. Only blocks in use cost time: most blocks of a large
 /// layout have no robot.
-pub(crate) const BLOCK: usize = 16;
+pub(crate) const BLOCK: usize = 8;
 
 /// Counts of edges, in blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Blocks<T> {
     /// By edge.
     counts: Vec<T>,
-    /// By block: whether its counts may differ from zero.
-    in_use: Vec<bool>,
+    /// A bit for each block: whether its counts may differ from zero.
+    in_use: Vec<u64>,
 }
 
 impl<T: Sum> Blocks<T> {
     fn new(edges: usize) -> Self {
-        Self { counts: vec![T::default(); edges], in_use: vec![false; edges.div_ceil(BLOCK)] }
+        let words = edges.div_ceil(BLOCK * u64::BITS as usize);
+        Self { counts: vec![T::default(); edges], in_use: vec![0; words] }
     }
 
     fn clear(&mut self) {
-        for (counts, in_use) in self.counts.chunks_mut(BLOCK).zip(&mut self.in_use) {
-            if std::mem::take(in_use) {
-                counts.fill(T::default());
-            }
+        for block in set_bits(&self.in_use) {
+            let first = block * BLOCK;
+            let end = (first + BLOCK).min(self.counts.len());
+            self.counts[first..end].fill(T::default());
         }
+        self.in_use.fill(0);
     }
 
     /// Returns the counts of an edge to add to; `None` if there is no such edge.
     pub(crate) fn get_mut(&mut self, edge: usize) -> Option<&mut T> {
         let counts = self.counts.get_mut(edge)?;
-        self.in_use[edge / BLOCK] = true;
+        let (word, bit) = bit(edge / BLOCK);
+        self.in_use[word] |= bit;
         Some(counts)
     }
 
     fn add(&mut self, frame: &Self, secs: f32) {
+        for (all, in_use) in self.in_use.iter_mut().zip(&frame.in_use) {
+            *all |= in_use;
+        }
         for (block, counts) in frame.in_use() {
-            self.in_use[block] = true;
             for (sum, counts) in self.counts[block * BLOCK..].iter_mut().zip(counts) {
                 sum.add(counts, secs);
             }
@@ -106,15 +111,36 @@ impl<T: Sum> Blocks<T> {
 
     /// Returns the blocks in use with their numbers.
     pub(crate) fn in_use(&self) -> impl Iterator<Item = (usize, &[T])> {
-        let blocks = self.counts.chunks(BLOCK).zip(&self.in_use).enumerate();
-        blocks.filter(|(_, (_, in_use))| **in_use).map(|(block, (counts, _))| (block, counts))
+        set_bits(&self.in_use).map(|block| (block, self.counts_of(block)))
     }
 
     /// Returns the counts of a block, if it is in use.
     pub(crate) fn block(&self, block: usize) -> Option<&[T]> {
-        let counts = self.counts.get(block * BLOCK..)?;
-        self.in_use[block].then(|| &counts[..counts.len().min(BLOCK)])
+        let (word, bit) = bit(block);
+        (self.in_use[word] & bit != 0).then(|| self.counts_of(block))
     }
+
+    fn counts_of(&self, block: usize) -> &[T] {
+        let counts = &self.counts[block * BLOCK..];
+        &counts[..counts.len().min(BLOCK)]
+    }
+}
+
+/// Returns the index of the word of a bit, and the bit in it.
+fn bit(number: usize) -> (usize, u64) {
+    (number / u64::BITS as usize, 1 << (number % u64::BITS as usize))
+}
+
+/// Returns the numbers of the bits that are set, in ascending order.
+fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> {
+    words.iter().enumerate().flat_map(|(word, bits)| {
+        let mut bits = *bits;
+        std::iter::from_fn(move || {
+            let lowest = bits.trailing_zeros();
+            bits &= bits.wrapping_sub(1);
+            (lowest < u64::BITS).then(|| word * u64::BITS as usize + lowest as usize)
+        })
+    })
 }
 
 /// The counts of all edges.
@@ -145,7 +171,7 @@ impl EdgeCounts {
 
     /// Whether the counts of a block of edges may differ from zero.
     pub(crate) fn is_in_use(&self, block: usize) -> bool {
-        self.driving.in_use[block] || self.extra.in_use[block]
+        self.driving.block(block).is_some() || self.extra.block(block).is_some()
     }
 
     /// Adds the counts of a frame that lasted for some seconds; with 1, counts that are added up.
@@ -155,24 +181,72 @@ impl EdgeCounts {
     }
 }
 
+/// The blocks of edges that robots are on.
+#[derive(Clone, Debug, Default)]
+struct Occupied {
+    /// By block: the number of robots on its edges.
+    robots: Vec<u32>,
+    /// A bit for each block: whether there are any.
+    blocks: Vec<u64>,
+}
+
+impl Occupied {
+    fn new(edges: usize) -> Self {
+        let blocks = edges.div_ceil(BLOCK);
+        Self { robots: vec![0; blocks], blocks: vec![0; blocks.div_ceil(u64::BITS as usize)] }
+    }
+
+    fn enter(&mut self, edge: u32) {
+        let block = edge as usize / BLOCK;
+        if let Some(robots) = self.robots.get_mut(block) {
+            *robots += 1;
+            let (word, bit) = bit(block);
+            self.blocks[word] |= bit;
+        }
+    }
+
+    fn leave(&mut self, edge: u32) {
+        let block = edge as usize / BLOCK;
+        if let Some(robots) = self.robots.get_mut(block) {
+            *robots -= 1;
+            if *robots == 0 {
+                let (word, bit) = bit(block);
+                self.blocks[word] &= !bit;
+            }
+        }
+    }
+}
+
 /// Counts robots frame by frame.
 #[derive(Debug, Default)]
 pub struct Tally {
     counts: EdgeCounts,
     /// By robot: the edge it was on in the frame before; [`NO_EDGE`] if it is unknown.
     edges: Vec<u32>,
+    /// The places of robots in the frame before.
+    occupied: Occupied,
 }
 
 impl Tally {
     /// Begins a run on a number of edges.
     pub fn begin(&mut self, edges: usize) {
         self.counts = EdgeCounts::new(edges);
+        self.occupied = Occupied::new(edges);
         self.edges.clear();
     }
 
     /// Forgets where robots were: none enters an edge in the next frame.
     pub fn forget_places(&mut self) {
-        self.edges.fill(NO_EDGE);
+        for edge in &mut self.edges {
+            self.occupied.leave(std::mem::replace(edge, NO_EDGE));
+        }
+    }
+
+    fn resize(&mut self, robots: usize) {
+        for edge in self.edges.drain(robots.min(self.edges.len())..) {
+            self.occupied.leave(edge);
+        }
+        self.edges.resize(robots, NO_EDGE);
     }
 
     /// Adds the robots whose routes lead over each edge to the counts of a frame.
@@ -191,24 +265,28 @@ impl Tally {
     /// without a collision checker. Robots on edges that the world doesn't have are left out.
     pub fn count(&mut self, columns: &Columns<'_>, contacts: &[f32]) -> &EdgeCounts {
         self.counts.clear();
-        self.edges.resize(columns.edge.len(), NO_EDGE);
+        self.resize(columns.edge.len());
+        let (counts, occupied) = (&mut self.counts.driving, &mut self.occupied);
         let rows = columns.edge.iter().zip(columns.speed).zip(columns.state);
         for (((&edge, &speed), &state), before) in rows.zip(&mut self.edges) {
             // An absent robot is on no edge.
             let edge = if state == RobotState::Absent as u8 { NO_EDGE } else { edge };
             let mut entered = false;
-            // Most robots stay on their edge. To write it anew would take longer.
+            // Most robots stay on their edge.
             if edge != *before {
                 entered = *before != NO_EDGE;
+                occupied.leave(*before);
+                occupied.enter(edge);
                 *before = edge;
             }
-            if let Some(counts) = self.counts.driving.get_mut(edge as usize) {
+            if let Some(counts) = counts.counts.get_mut(edge as usize) {
                 counts.robots += 1.0;
                 counts.entered += f32::from(u8::from(entered));
                 counts.metres += speed.abs();
                 counts.waiting += f32::from(u8::from(state == RobotState::Waiting as u8));
             }
         }
+        counts.in_use.copy_from_slice(&occupied.blocks);
         for (&edge, &level) in self.edges.iter().zip(contacts) {
             if level == ContactLevel::Touching as u32 as f32
                 && let Some(counts) = self.counts.extra.get_mut(edge as usize)
@@ -222,6 +300,7 @@ impl Tally {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
     use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
 
     use super::*;
@@ -286,5 +365,41 @@ mod tests {
             counts[1].driving,
             Driving { robots: 2.0, metres: 2.0, entered: 1.0, waiting: 0.0 }
         );
+    }
+
+    proptest! {
+        /// Robots come, leave, jump, and drive to edges that the world has or doesn't have.
+        #[test]
+        fn blocks_that_robots_have_left_are_empty(
+            frames in prop::collection::vec(
+                (prop::collection::vec((0_u32..70, 0_u32..3), 0..6), any::<bool>()),
+                1..30,
+            ),
+        ) {
+            const EDGES: usize = 60;
+            let mut tally = Tally::default();
+            tally.begin(EDGES);
+            for (robots, jumps) in &frames {
+                if *jumps {
+                    tally.forget_places();
+                }
+                let states = [RobotState::Driving, RobotState::Waiting, RobotState::Absent];
+                let rows: Vec<_> = robots
+                    .iter()
+                    .map(|(edge, state)| (*edge, 1.0, states[*state as usize]))
+                    .collect();
+                count(&mut tally, &rows, &[]);
+                for edge in 0..EDGES {
+                    let on_edge = rows.iter().filter(|(on, ..)| *on as usize == edge);
+                    let present = on_edge.filter(|(.., state)| *state != RobotState::Absent);
+                    let robots = present.count() as f32;
+                    prop_assert_eq!(tally.counts.get(edge).driving.robots, robots);
+                }
+                let in_use = tally.counts.driving.in_use();
+                let used: f32 = in_use.flat_map(|(_, counts)| counts).map(|edge| edge.robots).sum();
+                let all: f32 = (0..EDGES).map(|edge| tally.counts.get(edge).driving.robots).sum();
+                prop_assert_eq!(used, all, "all robots are in blocks in use");
+            }
+        }
     }
 }
