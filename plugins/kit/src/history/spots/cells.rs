@@ -107,6 +107,12 @@ impl Details {
     }
 }
 
+/// Rounds a finite number down. Unlike `f32::floor`, it calls no library on any target.
+fn floor(value: f32) -> i32 {
+    let whole = value as i32;
+    if whole as f32 > value { whole.saturating_sub(1) } else { whole }
+}
+
 /// The parts of the recent and of the usual loss that are left after some seconds.
 fn fade(age: f64) -> [f64; 2] {
     [RECENT, USUAL].map(|constant| (-age.max(0.0) / constant).exp())
@@ -149,7 +155,7 @@ impl Cells {
         if !loss.place.iter().all(|part| part.is_finite()) {
             return;
         }
-        let key = loss.place.map(|part| (part / CELL).floor() as i32);
+        let key = loss.place.map(|part| floor(part / CELL));
         let robot = loss.robot as usize;
         let before = self.last.get(robot).map_or(u32::MAX, |number| *number);
         let number = match self.cells.get(before as usize) {
@@ -205,18 +211,32 @@ impl Cells {
     /// The cells with the most lost time, so many at most, the worst first; of equal ones, by
     /// place.
     pub fn worst(&self, most: usize) -> Vec<Found<'_>> {
-        let cells = self.cells.iter().zip(&self.details);
-        let mut all: Vec<_> = cells
-            .map(|(cell, details)| Found { cell, details })
-            .map(|found| (found.lost(), found))
-            .collect();
+        let ranked = (0..self.cells.len()).map(|number| {
+            let found = self.found(number);
+            Ranked { lost: found.lost(), key: found.cell.key, number: number as u32 }
+        });
+        let mut all: Vec<_> = ranked.collect();
         // To sort all of them would take longer than all the rest.
         if all.len() > most {
-            all.select_nth_unstable_by(most, worst_first);
+            all.select_nth_unstable_by(most, Ranked::worst_first);
             all.truncate(most);
         }
-        all.sort_unstable_by(worst_first);
-        all.into_iter().map(|(_, found)| found).collect()
+        all.sort_unstable_by(Ranked::worst_first);
+        all.into_iter().map(|cell| self.found(cell.number as usize)).collect()
+    }
+}
+
+/// A cell in a list, with all that it is sorted by.
+struct Ranked {
+    lost: f64,
+    key: Key,
+    number: u32,
+}
+
+impl Ranked {
+    /// Compares two cells by their lost time, and equal ones by place.
+    fn worst_first(&self, other: &Self) -> Ordering {
+        other.lost.total_cmp(&self.lost).then_with(|| self.key.cmp(&other.key))
     }
 }
 
@@ -259,9 +279,4 @@ impl Found<'_> {
         }
         edges
     }
-}
-
-/// Compares two cells by their lost time, and equal ones by place.
-fn worst_first((a_lost, a): &(f64, Found<'_>), (b_lost, b): &(f64, Found<'_>)) -> Ordering {
-    b_lost.total_cmp(a_lost).then_with(|| a.cell.key.cmp(&b.cell.key))
 }
