@@ -41,7 +41,7 @@ pub(crate) struct EdgeTable {
     chords: Vec<Chord>,
     /// Index of each edge's first chord, and the end of the last edge's chords.
     starts: Vec<usize>,
-    /// Orientation of each edge.
+    /// Orientation of each edge; empty if all are tangential.
     orientations: Vec<Orientation>,
 }
 
@@ -55,7 +55,15 @@ impl EdgeTable {
             edge_table.starts.push(edge_table.chords.len());
             edge_table.orientations.push(edge.orientation());
         }
+        if edge_table.orientations.iter().all(|orientation| *orientation == Orientation::Tangential)
+        {
+            edge_table.orientations.clear();
+        }
         edge_table
+    }
+
+    pub(crate) fn are_tangential(&self) -> bool {
+        self.orientations.is_empty()
     }
 
     /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge

@@ -187,8 +187,13 @@ impl FrameContext<'_> {
 
     /// Returns the velocity of a robot, east and north, in metres per second.
     pub(crate) fn velocity(&self, robot: &PackedRobot) -> Vec2 {
+        let legs = self.world.legs();
+        if legs.are_tangential() {
+            // The columns are far from the robots of a strip in memory.
+            return robot.heading * robot.speed;
+        }
         let (row, Columns { edge, s, .. }) = (robot.id as usize, self.columns);
-        self.world.legs().direction(edge[row], s[row], robot.heading) * robot.speed
+        legs.direction(edge[row], s[row], robot.heading) * robot.speed
     }
 
     /// Returns the motion of a chunk's robot.

@@ -93,6 +93,12 @@ impl LegTable {
         (!chords.is_empty()).then_some(LegInfo { chords, length: edge.length, speed })
     }
 
+    /// Whether robots have the heading of the tangent on all edges, so that it is their direction
+    /// of travel, too.
+    pub(crate) fn are_tangential(&self) -> bool {
+        self.chords.are_tangential()
+    }
+
     /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge
     /// with this heading.
     pub(crate) fn direction(&self, edge: u32, s: f32, heading: Vec2) -> Vec2 {

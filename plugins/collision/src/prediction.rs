@@ -145,7 +145,6 @@ impl Predictor {
         }
         let Some(rest) = start.rest().filter(|rest| *rest < start.longest_way(horizon)) else {
             let mut tracer = Tracer::new(body, start.sign, horizon, segments);
-            tracer.enter_at(start.chords(), start.motion.s);
             profile.drive_on(&start, &mut tracer);
             tracer.stand();
             return finish(segments);

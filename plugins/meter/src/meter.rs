@@ -90,14 +90,22 @@ impl Meter {
     /// frame.
     pub fn take_frame(&mut self, columns: &Columns<'_>, now_secs: f64) {
         let secs = (now_secs - std::mem::replace(&mut self.secs, now_secs)).max(0.0);
+        let (effort, robots) = self.effort(columns, secs);
+        self.robots = robots;
+        self.add(&effort, now_secs);
+    }
+
+    /// Returns the effort of a frame that stands for some seconds, and the number of its robots.
+    fn effort(&self, columns: &Columns<'_>, secs: f64) -> (Effort, u64) {
         let mut effort = Effort::default();
         let mut robots = 0;
+        let mut work_of = self.orders.work_in_turn();
         for (robot, (&state, &speed)) in (0..).zip(columns.state.iter().zip(columns.speed)) {
             if state == RobotState::Absent as u8 {
                 continue;
             }
             robots += 1;
-            let work = self.orders.of_robot(robot);
+            let work = work_of(robot);
             effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
             effort.waiting_secs += if state == RobotState::Waiting as u8 { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
@@ -107,9 +115,8 @@ impl Meter {
                 effort.empty_metres += metres;
             }
         }
-        self.robots = robots;
         effort.robot_secs = robots as f64 * secs;
-        self.add(&effort, now_secs);
+        (effort, robots)
     }
 
     /// Adds an effort to the period in which it ends.

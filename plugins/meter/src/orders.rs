@@ -100,9 +100,15 @@ impl Orders {
         self.open.len()
     }
 
-    /// Returns the present work of a robot.
-    pub fn of_robot(&self, robot: u32) -> RobotWork {
-        self.robots.get(&robot).copied().unwrap_or_default()
+    /// Returns a function of robots in ascending order that returns the present work of each. To
+    /// search for each robot would take longer.
+    pub fn work_in_turn(&self) -> impl FnMut(u32) -> RobotWork {
+        let mut works = self.robots.iter().peekable();
+        move |robot| {
+            while works.next_if(|(other, _)| **other < robot).is_some() {}
+            let found = works.next_if(|(other, _)| **other == robot);
+            found.map_or_else(RobotWork::default, |(_, work)| *work)
+        }
     }
 
     fn release(&mut self, order: u64) {
@@ -141,7 +147,7 @@ mod tests {
 
     /// Whether a robot has an order, and whether it has a load.
     fn has(orders: &Orders, robot: u32) -> [bool; 2] {
-        let RobotWork { orders, loads } = orders.of_robot(robot);
+        let RobotWork { orders, loads } = orders.work_in_turn()(robot);
         [orders > 0, loads > 0]
     }
 

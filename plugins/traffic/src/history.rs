@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use regatta_kit::RunHistory;
 use regatta_plugin::history::HistoryHeader;
-use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result};
 
 /// The time between two publications, unless they take long.
@@ -17,6 +16,10 @@ pub struct PublishedHistory {
     publisher: HistoryPublisher,
     contacts: ContactReader,
     run: RunHistory,
+    /// The header of the newest frame.
+    newest: HistoryHeader,
+    /// Whether frames aren't published yet.
+    is_due: bool,
     publish_at: Instant,
 }
 
@@ -35,40 +38,50 @@ impl PublishedHistory {
             publisher,
             contacts: ContactReader::open_on(fleet)?,
             run: RunHistory::default(),
+            newest: HistoryHeader::default(),
+            is_due: false,
             publish_at: Instant::now(),
         }))
     }
 
-    /// Adds a frame. `figures` are those of the last minute, by edge; empty if there are none yet.
+    /// Adds a frame. `throughput` is the number of robots that enter an edge, per hour, over the
+    /// last minute, if it is known.
     ///
     /// # Errors
     /// If shared memory fails.
-    pub fn add(&mut self, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
+    pub fn add(&mut self, frame: &Frame<'_>, throughput: Option<f32>) -> Result {
         self.contacts.latest()?;
         let has_checker = self.contacts.has_publisher();
         let contacts = self.contacts.current().filter(|_| has_checker);
-        self.run.add(frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || {
-            match figures {
-                [] => None,
-                figures => Some(figures.iter().map(|edge| edge.entered_per_hour).sum()),
-            }
-        });
-        self.publish(frame)
-    }
-
-    fn publish(&mut self, frame: &Frame<'_>) -> Result {
-        let start = Instant::now();
-        if start < self.publish_at {
-            return Ok(());
-        }
-        let header = HistoryHeader {
+        let contacts = contacts.map(|contacts| (contacts.header, contacts.pairs));
+        self.run.add(frame, contacts, || throughput);
+        self.newest = HistoryHeader {
             run_id: frame.run_id(),
             tick: frame.tick(),
             sim_time_nanos: frame.header().sim_time_nanos,
             began_nanos: (self.run.spots.began().1 * 1e9) as u64,
             sequence: 0,
         };
-        self.publisher.publish(&header, &self.run.series.samples, &self.run.spots.list())?;
+        self.is_due = true;
+        self.publish()
+    }
+
+    /// Publishes the history if there are frames that aren't published yet. Without readers they
+    /// stay due, so that the first one gets all of it at once.
+    ///
+    /// # Errors
+    /// If shared memory fails.
+    pub fn publish(&mut self) -> Result {
+        if !self.is_due || self.publisher.readers() == 0 {
+            return Ok(());
+        }
+        let start = Instant::now();
+        if start < self.publish_at {
+            return Ok(());
+        }
+        self.is_due = false;
+        let RunHistory { series, spots } = &self.run;
+        self.publisher.publish(&self.newest, &series.samples, &spots.list())?;
         self.publish_at = Instant::now() + PUBLISH_EVERY.max(start.elapsed() * PAUSES);
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 
-use crate::tally::Counts;
+use crate::tally::{BLOCK, Counts, Driving, EdgeCounts, Extra, Sum};
 
 /// The last minute consists of parts of this length in seconds.
 const PART_SECS: f64 = 10.0;
@@ -19,34 +19,30 @@ const MINUTES: usize = 10;
 #[derive(Clone, Debug, Default)]
 struct Span {
     secs: f64,
-    /// By edge.
-    counts: Vec<Counts>,
+    counts: EdgeCounts,
 }
 
 impl Span {
     fn new(edges: usize) -> Self {
-        Self { secs: 0.0, counts: vec![Counts::default(); edges] }
+        Self { secs: 0.0, counts: EdgeCounts::new(edges) }
     }
 
     fn add(&mut self, other: &Self) {
         self.secs += other.secs;
-        for (sum, counts) in self.counts.iter_mut().zip(&other.counts) {
-            sum.add(counts, 1.0);
-        }
+        self.counts.add(&other.counts, 1.0);
+    }
+
+    fn clear(&mut self) {
+        self.secs = 0.0;
+        self.counts.clear();
     }
 }
 
 impl Counts {
     fn values(&self) -> [f32; VALUES] {
-        [
-            self.robots,
-            self.entered,
-            self.metres,
-            self.waiting,
-            self.touching,
-            self.released,
-            self.planned,
-        ]
+        let Driving { robots, entered, metres, waiting } = self.driving;
+        let Extra { touching, released, planned } = self.extra;
+        [robots, entered, metres, waiting, touching, released, planned]
     }
 }
 
@@ -61,9 +57,40 @@ pub struct Periods {
     minute: (Span, usize),
     /// The last minutes, oldest first.
     minutes: VecDeque<Span>,
-    run_secs: f64,
-    /// By edge: all parts of the run. A day of seconds is too long for single precision.
-    run: Vec<[f64; VALUES]>,
+    run: Run,
+    /// By edge: the robots that have entered it in the last minute. Whole numbers are exact in any
+    /// order, so they can be added and subtracted.
+    entered: Vec<f32>,
+}
+
+/// All parts of the run that are over.
+#[derive(Debug, Default)]
+struct Run {
+    secs: f64,
+    /// By edge. A day of seconds is too long for single precision.
+    values: Vec<[f64; VALUES]>,
+}
+
+impl Run {
+    fn add(&mut self, part: &Span) {
+        self.secs += part.secs;
+        let blocks = self.values.chunks_mut(BLOCK).enumerate();
+        for (block, sums) in blocks.filter(|(block, _)| part.counts.is_in_use(*block)) {
+            for (row, sums) in sums.iter_mut().enumerate() {
+                add_values(sums, &part.counts.get(block * BLOCK + row));
+            }
+        }
+    }
+
+    /// Writes the figures of all edges over the run and the part that isn't over yet.
+    fn write(&self, figures: &mut [EdgeTraffic], limits: &[f32], secs: f64, part: &Span) {
+        let edges = self.values.iter().zip(figures.iter_mut().zip(limits)).enumerate();
+        for (edge, (sums, (figure, limit))) in edges {
+            let mut sums = *sums;
+            add_values(&mut sums, &part.counts.get(edge));
+            *figure = traffic(sums, secs, *limit);
+        }
+    }
 }
 
 impl Periods {
@@ -72,44 +99,55 @@ impl Periods {
         Self {
             part: Span::new(edges),
             minute: (Span::new(edges), 0),
-            run: vec![[0.0; VALUES]; edges],
+            run: Run { secs: 0.0, values: vec![[0.0; VALUES]; edges] },
+            entered: vec![0.0; edges],
             ..Self::default()
         }
     }
 
     /// Adds the counts of a frame that lasted for some simulated seconds.
-    pub fn add(&mut self, counts: &[Counts], secs: f64) {
+    pub fn add(&mut self, counts: &EdgeCounts, secs: f64) {
         self.part.secs += secs;
-        for (sum, counts) in self.part.counts.iter_mut().zip(counts) {
-            sum.add(counts, secs as f32);
-        }
+        self.part.counts.add(counts, secs as f32);
+        self.count_entered(counts, 1.0);
         if self.part.secs >= PART_SECS {
             self.end_part();
         }
     }
 
     fn end_part(&mut self) {
-        let edges = self.run.len();
-        // The memory of the oldest part is reused.
-        let mut next = if self.parts.len() < PARTS {
-            Span::new(edges)
-        } else {
-            self.parts.pop_front().unwrap_or_default()
-        };
-        (next.secs, _) = (0.0, next.counts.fill(Counts::default()));
+        let mut next = self.forgotten_part().unwrap_or_else(|| Span::new(self.entered.len()));
+        next.clear();
         let part = std::mem::replace(&mut self.part, next);
-        self.run_secs += part.secs;
-        for (sums, counts) in self.run.iter_mut().zip(&part.counts) {
-            add_values(sums, counts);
-        }
+        self.run.add(&part);
         self.minute.0.add(&part);
         self.minute.1 += 1;
         self.parts.push_back(part);
         if self.minute.1 == PARTS {
-            let minute = std::mem::replace(&mut self.minute, (Span::new(edges), 0));
-            self.minutes.push_back(minute.0);
+            let next = Span::new(self.entered.len());
+            let (minute, _) = std::mem::replace(&mut self.minute, (next, 0));
+            self.minutes.push_back(minute);
             if self.minutes.len() > MINUTES {
                 self.minutes.pop_front();
+            }
+        }
+    }
+
+    /// Takes the oldest part out of the last minute, so that its memory can be reused; `None` if
+    /// there is room for another part.
+    fn forgotten_part(&mut self) -> Option<Span> {
+        if self.parts.len() < PARTS {
+            return None;
+        }
+        let part = self.parts.pop_front()?;
+        self.count_entered(&part.counts, -1.0);
+        Some(part)
+    }
+
+    fn count_entered(&mut self, counts: &EdgeCounts, sign: f32) {
+        for (block, counts) in counts.driving.in_use() {
+            for (entered, counts) in self.entered[block * BLOCK..].iter_mut().zip(counts) {
+                *entered += sign * counts.entered;
             }
         }
     }
@@ -118,43 +156,67 @@ impl Periods {
     pub fn secs(&self) -> [f64; TRAFFIC_PERIODS] {
         let [minute, ten_minutes] = [&self.parts, &self.minutes]
             .map(|spans| spans.iter().map(|span| span.secs).sum::<f64>() + self.part.secs);
-        [minute, ten_minutes + self.minute.0.secs, self.run_secs + self.part.secs]
+        [minute, ten_minutes + self.minute.0.secs, self.run.secs + self.part.secs]
+    }
+
+    /// Returns the robots that entered an edge, per hour, over the last minute: the sum of
+    /// [`EdgeTraffic::entered_per_hour`] over all edges, in their order.
+    pub fn throughput(&self) -> f32 {
+        let [minute_secs, ..] = self.secs();
+        let entered = self.entered.iter().filter(|entered| **entered > 0.0);
+        entered.fold(0.0, |sum, entered| sum + per_hour(f64::from(*entered), minute_secs))
     }
 
     /// Writes the figures of all edges for each period. `limits` are the speed limits of the edges,
     /// in metres per second.
     pub fn figures(&self, limits: &[f32], figures: &mut Vec<EdgeTraffic>) {
+        let edges = limits.len().min(self.entered.len());
         figures.clear();
+        figures.resize(TRAFFIC_PERIODS * edges, EdgeTraffic::default());
+        let (minute, longer) = figures.split_at_mut(edges);
+        let (ten_minutes, run) = longer.split_at_mut(edges);
         let [minute_secs, ten_minutes_secs, run_secs] = self.secs();
-        let edges = limits.iter().enumerate().take(self.run.len());
-        for (edge, &limit) in edges.clone() {
-            figures.push(self.figure(self.parts.iter(), edge, minute_secs, limit));
-        }
-        for (edge, &limit) in edges.clone() {
-            let spans = self.minutes.iter().chain([&self.minute.0]);
-            figures.push(self.figure(spans, edge, ten_minutes_secs, limit));
-        }
-        for (edge, &limit) in edges {
-            let mut sums = self.run[edge];
-            add_values(&mut sums, &self.part.counts[edge]);
-            figures.push(traffic(sums, run_secs, limit));
-        }
+        self.write(minute, limits, minute_secs, self.parts.iter());
+        let minutes = self.minutes.iter().chain([&self.minute.0]);
+        self.write(ten_minutes, limits, ten_minutes_secs, minutes);
+        self.run.write(run, limits, run_secs, &self.part);
     }
 
-    /// Returns the figure of an edge over some spans and the part that isn't over yet.
-    fn figure<'a>(
-        &self,
-        spans: impl Iterator<Item = &'a Span>,
-        edge: usize,
+    /// Writes the figures of all edges over the part that isn't over yet and some spans, which are
+    /// added up in this order. Those of edges without counts stay as they are.
+    fn write<'a>(
+        &'a self,
+        figures: &mut [EdgeTraffic],
+        limits: &[f32],
         secs: f64,
-        limit: f32,
-    ) -> EdgeTraffic {
-        let mut sum = self.part.counts[edge];
-        for span in spans {
-            sum.add(&span.counts[edge], 1.0);
+        spans: impl Iterator<Item = &'a Span> + Clone,
+    ) {
+        let (mut driving, mut extra) = (Vec::new(), Vec::new());
+        let blocks = figures.chunks_mut(BLOCK).zip(limits.chunks(BLOCK));
+        for (block, (figures, limits)) in blocks.enumerate() {
+            let spans = [&self.part].into_iter().chain(spans.clone()).map(|span| &span.counts);
+            driving.clear();
+            driving.extend(spans.clone().filter_map(|counts| counts.driving.block(block)));
+            extra.clear();
+            extra.extend(spans.filter_map(|counts| counts.extra.block(block)));
+            if driving.is_empty() && extra.is_empty() {
+                continue;
+            }
+            for (row, (figure, limit)) in figures.iter_mut().zip(limits).enumerate() {
+                let sums = Counts { driving: sum(&driving, row), extra: sum(&extra, row) };
+                *figure = traffic(sums.values().map(f64::from), secs, *limit);
+            }
         }
-        traffic(sum.values().map(f64::from), secs, limit)
     }
+}
+
+/// Returns the sum of a row of some blocks, added up in their order.
+fn sum<T: Sum>(blocks: &[&[T]], row: usize) -> T {
+    let mut sum = T::default();
+    for counts in blocks {
+        sum.add(&counts[row], 1.0);
+    }
+    sum
 }
 
 fn add_values(sums: &mut [f64; VALUES], counts: &Counts) {
@@ -170,7 +232,7 @@ fn traffic(
 ) -> EdgeTraffic {
     EdgeTraffic {
         occupancy: over(robots, secs),
-        entered_per_hour: over(3600.0 * entered, secs),
+        entered_per_hour: per_hour(entered, secs),
         relative_speed: over(metres, robots * f64::from(limit)),
         waiting_secs: waiting as f32,
         contact_secs: touching as f32,
@@ -179,8 +241,13 @@ fn traffic(
     }
 }
 
+fn per_hour(value: f64, secs: f64) -> f32 {
+    over(3600.0 * value, secs)
+}
+
 fn over(value: f64, by: f64) -> f32 {
-    if by > 0.0 { (value / by) as f32 } else { 0.0 }
+    // Most values of most edges are zero, and a division takes longer than the comparison.
+    if value != 0.0 && by > 0.0 { (value / by) as f32 } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -190,16 +257,9 @@ mod tests {
     use super::*;
 
     fn frame(robots: f32, entered: f32) -> Counts {
-        let (released, planned) = (robots, 2.0 * robots);
-        Counts {
-            robots,
-            entered,
-            metres: robots,
-            waiting: 0.5 * robots,
-            touching: 0.0,
-            released,
-            planned,
-        }
+        let driving = Driving { robots, entered, metres: robots, waiting: 0.5 * robots };
+        let extra = Extra { touching: 0.0, released: robots, planned: 2.0 * robots };
+        Counts { driving, extra }
     }
 
     #[test]
@@ -207,8 +267,8 @@ mod tests {
         let mut periods = Periods::new(1);
         let mut figures = Vec::new();
         // Ten minutes with one robot, then a minute and five seconds with three.
-        (0..4800).for_each(|_| periods.add(&[frame(1.0, 0.0)], 0.125));
-        (0..520).for_each(|_| periods.add(&[frame(3.0, 0.125)], 0.125));
+        (0..4800).for_each(|_| add(&mut periods, &[frame(1.0, 0.0)], 0.125));
+        (0..520).for_each(|_| add(&mut periods, &[frame(3.0, 0.125)], 0.125));
         periods.figures(&[2.0], &mut figures);
         assert_eq!(periods.secs(), [65.0, 605.0, 665.0]);
         assert!((figures[0].occupancy - 3.0).abs() < 1e-3, "{figures:?}");
@@ -223,13 +283,22 @@ mod tests {
         );
         assert!((figures[2].occupancy - (600.0 + 195.0) / 665.0).abs() < 1e-3, "{figures:?}");
         // Half an hour later the minute and the ten minutes have forgotten them.
-        (0..18_000).for_each(|_| periods.add(&[frame(0.0, 0.0)], 0.125));
+        (0..18_000).for_each(|_| add(&mut periods, &[frame(0.0, 0.0)], 0.125));
         periods.figures(&[2.0], &mut figures);
         assert_eq!(
             (figures[0].occupancy, figures[1].waiting_secs, figures[0].relative_speed),
             (0.0, 0.0, 0.0)
         );
         assert!((figures[2].waiting_secs - 397.5).abs() < 0.5, "the run has not: {figures:?}");
+    }
+
+    fn add(periods: &mut Periods, counts: &[Counts], secs: f64) {
+        let mut frame = EdgeCounts::new(counts.len());
+        for (edge, counts) in counts.iter().enumerate() {
+            *frame.driving.get_mut(edge).expect("an edge") = counts.driving;
+            *frame.extra.get_mut(edge).expect("an edge") = counts.extra;
+        }
+        periods.add(&frame, secs);
     }
 
     proptest! {
@@ -239,7 +308,7 @@ mod tests {
         fn periods_hold_what_was_added(frames in prop::collection::vec((0.0_f32..5.0, 0.01_f64..20.0), 1..400)) {
             let mut periods = Periods::new(2);
             for (robots, secs) in &frames {
-                periods.add(&[Counts::default(), frame(*robots, 0.0)], *secs);
+                add(&mut periods, &[Counts::default(), frame(*robots, 0.0)], *secs);
             }
             let mut figures = Vec::new();
             periods.figures(&[1.0, 1.0], &mut figures);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use regatta_plugin::column::COLLISION;
-use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
+use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::{
     ColumnReader, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
 };
@@ -88,27 +88,30 @@ enum History {
 }
 
 impl History {
-    /// Adds a frame, with the figures of the last minute.
+    /// Adds a frame, with the robots that enter an edge, per hour.
     fn add(
         &mut self,
         participant: &Participant,
         frame: &Frame<'_>,
-        figures: &[EdgeTraffic],
+        throughput: Option<f32>,
     ) -> Result {
         if let Self::Unopened = self {
             *self = PublishedHistory::open(participant)?
                 .map_or(Self::Taken, |history| Self::Published(Box::new(history)));
         }
         match self {
-            Self::Published(history) => history.add(frame, figures),
+            Self::Published(history) => history.add(frame, throughput),
             _ => Ok(()),
         }
     }
 
-    fn update(&self) {
+    /// Gives the history to readers that have joined since.
+    fn update(&mut self) -> Result {
         if let Self::Published(history) = self {
+            history.publish()?;
             history.update();
         }
+        Ok(())
     }
 }
 
@@ -133,6 +136,12 @@ pub struct TrafficPlugin {
     periods: Periods,
     before: Option<Before>,
     next_publication_secs: f64,
+    /// Whether figures are to be published.
+    is_due: bool,
+    /// The newest frame.
+    newest: TrafficHeader,
+    /// The robots that enter an edge, per hour, when figures were due last.
+    throughput: Option<f32>,
     figures: Vec<EdgeTraffic>,
 }
 
@@ -148,6 +157,9 @@ impl TrafficPlugin {
             periods: Periods::default(),
             before: None,
             next_publication_secs: 0.0,
+            is_due: false,
+            newest: TrafficHeader::default(),
+            throughput: None,
             figures: Vec::new(),
         }
     }
@@ -158,7 +170,8 @@ impl TrafficPlugin {
         self.periods = Periods::new(self.limits.len());
         self.before = None;
         self.next_publication_secs = 0.0;
-        self.figures.clear();
+        self.is_due = false;
+        self.throughput = None;
     }
 
     /// Returns the time that a frame covers in simulated seconds: 0 for the first frame, and after
@@ -182,24 +195,36 @@ impl TrafficPlugin {
         if secs > longest { 0.0 } else { secs }
     }
 
-    fn publish(&mut self, frame: &Frame<'_>, has_contacts: bool, has_routes: bool) -> Result {
-        let sim_secs = frame.sim_time().as_secs_f64();
-        let Some(ports) = &mut self.ports else { return Ok(()) };
-        if sim_secs < self.next_publication_secs {
-            return Ok(());
-        }
-        self.next_publication_secs = sim_secs + PUBLISH_SECS;
-        self.periods.figures(&self.limits, &mut self.figures);
-        let header = TrafficHeader {
+    /// Takes note of a frame that has been added. Figures are due once a simulated second.
+    fn note(&mut self, frame: &Frame<'_>, has_contacts: bool, has_routes: bool) {
+        self.newest = TrafficHeader {
             run_id: frame.run_id(),
             tick: frame.tick(),
             sim_time_nanos: frame.header().sim_time_nanos,
             world_revision: self.world_revision,
-            period_secs: self.periods.secs().map(|secs| secs as f32),
             has_contacts: has_contacts.into(),
             has_routes: has_routes.into(),
             ..TrafficHeader::default()
         };
+        let sim_secs = frame.sim_time().as_secs_f64();
+        if sim_secs >= self.next_publication_secs {
+            self.next_publication_secs = sim_secs + PUBLISH_SECS;
+            self.throughput = (!self.limits.is_empty()).then(|| self.periods.throughput());
+            self.is_due = true;
+        }
+    }
+
+    /// Publishes the figures if they are due. Without readers they stay due, so that the first one
+    /// gets them at once.
+    fn publish(&mut self) -> Result {
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        if !self.is_due || ports.traffic.readers() == 0 {
+            return Ok(());
+        }
+        self.is_due = false;
+        self.periods.figures(&self.limits, &mut self.figures);
+        let period_secs = self.periods.secs().map(|secs| secs as f32);
+        let header = TrafficHeader { period_secs, ..self.newest };
         Ok(ports.traffic.publish(&header, &self.figures)?)
     }
 
@@ -276,18 +301,17 @@ impl Plugin for TrafficPlugin {
             counts = self.tally.count_routes(&routes.edges);
         }
         self.periods.add(counts, secs);
-        self.publish(frame, has_contacts, has_routes)?;
+        self.note(frame, has_contacts, has_routes);
+        self.publish()?;
         let Some(ports) = &mut self.ports else { return Ok(()) };
-        let last_minute = &self.figures[..self.figures.len() / TRAFFIC_PERIODS];
-        ports.history.add(&ports.participant, frame, last_minute)
+        ports.history.add(&ports.participant, frame, self.throughput)
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
-        if let Some(ports) = &self.ports {
-            ports.traffic.update();
-            ports.history.update();
-        }
-        Ok(())
+        self.publish()?;
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        ports.traffic.update();
+        ports.history.update()
     }
 
     fn rate(&self) -> Rate {

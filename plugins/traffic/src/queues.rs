@@ -55,8 +55,24 @@ struct Visit {
     edge: u32,
     /// The first frame.
     entered: u32,
-    /// The last one in which it waited there; 0 if it never did.
+    /// The last one in which it waited there; 0 if it never did. That of the newest visit is in
+    /// [`Now`].
     waited: u32,
+}
+
+/// The state of a robot in the newest frame.
+#[derive(Clone, Copy, Debug)]
+struct Now {
+    /// The edge of its newest visit; [`NO_EDGE`] without one.
+    edge: u32,
+    /// The last frame of that visit in which it waited; 0 if it never did.
+    waited: u32,
+    /// Whether it drove in reverse gear the last time that it drove.
+    is_reverse: bool,
+}
+
+impl Now {
+    const UNKNOWN: Self = Self { edge: NO_EDGE, waited: 0, is_reverse: false };
 }
 
 /// The robots at an instant.
@@ -73,8 +89,8 @@ pub struct Queues {
     tracks: Vec<Track>,
     /// By robot: the edges that it entered.
     visits: Vec<Vec<Visit>>,
-    /// By robot: whether it drove in reverse gear the last time that it drove.
-    is_reverse: Vec<bool>,
+    /// By robot. Most frames change nothing else.
+    now: Vec<Now>,
     samples: Vec<Sample>,
     rows: usize,
     frame: u32,
@@ -93,18 +109,22 @@ impl Queues {
     pub fn add(&mut self, columns: &Columns<'_>, sim_secs: f64) {
         self.frame += 1;
         self.visits.resize(columns.edge.len(), Vec::new());
-        self.is_reverse.resize(columns.edge.len(), false);
-        for (robot, visits) in self.visits.iter_mut().enumerate() {
-            let (edge, speed, state) =
-                (columns.edge[robot], columns.speed[robot], columns.state[robot]);
+        self.now.resize(columns.edge.len(), Now::UNKNOWN);
+        let rows = columns.edge.iter().zip(columns.speed).zip(columns.state);
+        for (robot, (now, ((&edge, &speed), &state))) in self.now.iter_mut().zip(rows).enumerate() {
             if speed != 0.0 {
-                self.is_reverse[robot] = speed < 0.0;
+                now.is_reverse = speed < 0.0;
             }
-            if edge != NO_EDGE && visits.last().is_none_or(|visit| visit.edge != edge) {
+            if edge != NO_EDGE && edge != now.edge {
+                let visits = &mut self.visits[robot];
+                if let Some(last) = visits.last_mut() {
+                    last.waited = now.waited;
+                }
                 visits.push(Visit { edge, entered: self.frame, waited: 0 });
+                (now.edge, now.waited) = (edge, 0);
             }
-            if let Some(visit) = visits.last_mut().filter(|_| state == RobotState::Waiting as u8) {
-                visit.waited = self.frame;
+            if state == RobotState::Waiting as u8 && now.edge != NO_EDGE {
+                now.waited = self.frame;
             }
         }
         if sim_secs >= self.next_sample_secs {
@@ -131,7 +151,7 @@ impl Queues {
                 edge,
                 s: columns.s[robot],
                 motion,
-                is_reverse: self.is_reverse[robot],
+                is_reverse: self.now[robot].is_reverse,
             });
         }
         self.rows += rows.len();
@@ -173,8 +193,11 @@ impl Queues {
     /// up in a queue.
     fn is_in_queue(&self, robot: u32, frame: u32) -> bool {
         let visits = &self.visits[robot as usize];
-        let index = visits.partition_point(|visit| visit.entered <= frame).checked_sub(1);
-        index.is_some_and(|index| visits[index].waited >= frame)
+        let count = visits.partition_point(|visit| visit.entered <= frame);
+        if count == visits.len() {
+            return count > 0 && self.now[robot as usize].waited >= frame;
+        }
+        count > 0 && visits[count - 1].waited >= frame
     }
 }
 

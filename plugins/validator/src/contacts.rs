@@ -30,6 +30,11 @@ impl Body {
         let radius = if is_circle { half.x } else { half.x.hypot(half.y) };
         Self { robot, position, theta, half, is_circle, radius }
     }
+
+    /// Returns the body of another robot of the same type.
+    pub fn of(&self, robot: u32, position: Vec2, theta: f32) -> Self {
+        Self { robot, position, theta, ..*self }
+    }
 }
 
 /// A uniform grid, which finds near pairs.
@@ -46,12 +51,15 @@ impl Grid {
     pub fn overlaps(&mut self, bodies: &[Body], mut each: impl FnMut(usize, usize, f32)) {
         let Some(columns) = self.sort(bodies) else { return };
         let rows = (self.starts.len() - 1) / columns;
-        for cell in 0..rows * columns {
+        // Most cells are empty, so the bodies are walked, in the order of their cells.
+        for (at, first) in self.order.iter().enumerate() {
+            let first = *first as usize;
+            let cell = self.cells[first] as usize;
             let (row, column) = (cell / columns, cell % columns);
-            let (end, is_last) = (self.start(cell + 1), column + 1 == columns);
+            let is_last = column + 1 == columns;
             // This cell and the next one of its row lie side by side in memory, as do the three of
             // the next row.
-            let row_end = if is_last { end } else { self.start(cell + 2) };
+            let row_end = self.start(if is_last { cell + 1 } else { cell + 2 });
             let mut below = 0..0;
             if row + 1 < rows {
                 let next = cell + columns;
@@ -59,15 +67,12 @@ impl Grid {
                 let to = if is_last { next } else { next + 1 };
                 below = self.start(from)..self.start(to + 1);
             }
-            for at in self.start(cell)..end {
-                let first = self.order[at] as usize;
-                let near = [&self.order[at + 1..row_end], &self.order[below.clone()]];
-                for second in near.into_iter().flatten() {
-                    let (a, b) = (first.min(*second as usize), first.max(*second as usize));
-                    let depth = overlap(&bodies[a], &bodies[b]);
-                    if depth > CONTACT_TOLERANCE {
-                        each(a, b, depth);
-                    }
+            let near = [&self.order[at + 1..row_end], &self.order[below]];
+            for second in near.into_iter().flatten() {
+                let (a, b) = (first.min(*second as usize), first.max(*second as usize));
+                let depth = overlap(&bodies[a], &bodies[b]);
+                if depth > CONTACT_TOLERANCE {
+                    each(a, b, depth);
                 }
             }
         }

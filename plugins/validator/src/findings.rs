@@ -83,7 +83,11 @@ impl Kind {
         }
     }
 
-    pub(crate) fn bit(self) -> u32 {
+    /// The kinds that depend on nothing but the place of a robot, its heading, and whether it
+    /// stands: those of [`check_place`](crate::graph::check_place), as bits.
+    pub(crate) const OF_PLACE: u32 = Self::OffGraph.bit() | Self::Heading.bit();
+
+    pub(crate) const fn bit(self) -> u32 {
         1 << self as u8
     }
 }

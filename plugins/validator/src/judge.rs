@@ -7,7 +7,6 @@ use glam::Vec2;
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
-use regatta_plugin::world::{RobotTypeRecord, Shape};
 use regatta_plugin::{Frame, World};
 
 use crate::contacts::{Body, Contacts};
@@ -92,7 +91,7 @@ impl Judge {
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
-            world: WorldModel::default(),
+            world: WorldModel::new(&World::default()),
             types: Vec::new(),
             tracks: Vec::new(),
             contacts: Contacts::default(),
@@ -275,14 +274,21 @@ impl Judge {
         }
         let robot_type =
             self.world.robot_type(self.types.get(robot).map_or(0, |index| usize::from(*index)));
+        let mut lasting = 0;
         self.faults.clear();
         let (world, faults) = (&self.world, &mut self.faults);
         let before = track.before.take();
         if row.is_valid() {
-            graph::check_place(world, row, faults);
-            motion::check_speed(world, &robot_type, row, faults);
+            if before.as_ref() == Some(row) {
+                // It stands where it stood, and has the faults that it had there.
+                lasting = track.active & Kind::OF_PLACE;
+            } else {
+                graph::check_place(world, row, faults);
+            }
+            motion::check_speed(world, &robot_type.record, row, faults);
             if let Some(before) = &before {
-                let moved = Move { world, robot_type: &robot_type, before, now: row, gap };
+                let robot_type = &robot_type.record;
+                let moved = Move { world, robot_type, before, now: row, gap };
                 moved.check_acceleration(faults);
                 moved.check_rotation(faults);
                 moved.check_teleport(faults);
@@ -292,17 +298,17 @@ impl Judge {
             }
             track.before = Some(*row);
             self.stands.take(robot, self.now.tick, row);
-            self.bodies.push(body(robot as u32, row, &robot_type));
+            self.bodies.push(robot_type.body(robot as u32, row));
         } else {
             self.stands.take_absent(robot);
             faults.push(Fault { kind: Kind::InvalidPose, value: 0.0, limit: 0.0 });
         }
-        self.add_faults(robot, row);
+        self.add_faults(robot, row, lasting);
     }
 
-    /// Adds the new faults of a robot.
-    fn add_faults(&mut self, robot: usize, row: &Row) {
-        let active = self.faults.iter().fold(0, |bits, fault| bits | fault.kind.bit());
+    /// Adds the new faults of a robot. `lasting` has those that are known to last, as bits.
+    fn add_faults(&mut self, robot: usize, row: &Row, lasting: u32) {
+        let active = self.faults.iter().fold(lasting, |bits, fault| bits | fault.kind.bit());
         for fault in &self.faults {
             if self.tracks[robot].active & fault.kind.bit() != 0 {
                 continue;
@@ -365,14 +371,6 @@ impl Judge {
         self.report.set_findings(&self.findings);
         self.report
     }
-}
-
-/// Returns the footprint of a robot with its pose.
-fn body(robot: u32, row: &Row, robot_type: &RobotTypeRecord) -> Body {
-    let is_circle = robot_type.shape() == Shape::Circle;
-    let width = if is_circle { robot_type.length } else { robot_type.width };
-    let half = 0.5 * Vec2::new(robot_type.length, width);
-    Body::new(robot, row.position, row.theta, half, is_circle)
 }
 
 #[cfg(test)]

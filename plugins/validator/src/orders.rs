@@ -56,6 +56,9 @@ pub(crate) struct Orders {
     has_begun: bool,
     /// Open orders without a robot.
     waiting: u64,
+    /// No order that is open and hasn't been reported as unserved was created before this time, in
+    /// seconds.
+    oldest_secs: f64,
 }
 
 /// A record under judgement, and all that it is checked against.
@@ -116,8 +119,7 @@ impl Orders {
                         "a record of an order that wasn't created",
                     );
                 }
-                self.orders.insert(number, Order { created_secs, ..Order::default() });
-                self.waiting += 1;
+                self.add(number, Order { created_secs, ..Order::default() });
             }
         }
         match kind {
@@ -138,8 +140,13 @@ impl Orders {
             return check.report(Kind::ContradictoryRecords, "created twice");
         }
         let (is_whole, created_secs) = (true, check.at.seconds);
-        self.orders
-            .insert(number, Order { is_whole, wanted_stops, created_secs, ..Order::default() });
+        self.add(number, Order { is_whole, wanted_stops, created_secs, ..Order::default() });
+    }
+
+    /// Adds an order, which waits for a robot.
+    fn add(&mut self, number: u64, order: Order) {
+        self.oldest_secs = self.oldest_secs.min(order.created_secs);
+        self.orders.insert(number, order);
         self.waiting += 1;
     }
 
@@ -263,9 +270,18 @@ impl Orders {
 
     /// Finds orders that have been open for longer than `after_secs`.
     pub fn judge_waiting(&mut self, now: Now, after_secs: f64, findings: &mut Findings) {
+        // Most orders of a long run are closed.
+        if now.seconds - self.oldest_secs <= after_secs {
+            return;
+        }
+        self.oldest_secs = f64::INFINITY;
         for (number, order) in &mut self.orders {
+            if order.is_closed || order.reported_unserved {
+                continue;
+            }
             let age = now.seconds - order.created_secs;
-            if order.is_closed || order.reported_unserved || age <= after_secs {
+            if age <= after_secs {
+                self.oldest_secs = self.oldest_secs.min(order.created_secs);
                 continue;
             }
             order.reported_unserved = true;

@@ -3,7 +3,12 @@
 
 use glam::{DVec2, Vec2};
 use regatta_plugin::World;
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, Shape,
+};
+
+use crate::contacts::Body;
+use crate::motion::Row;
 
 /// The distance between two samples of a curve, in metres, at which the search for a sufficient
 /// resolution begins.
@@ -19,11 +24,12 @@ const MAX_TURN: f32 = 2e-3;
 const INTERVALS: usize = 64;
 
 /// The world, prepared once per change.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct WorldModel {
     pub nodes: Vec<NodeRecord>,
     edges: Vec<Edge>,
-    pub robot_types: Vec<RobotTypeRecord>,
+    /// At least one.
+    pub robot_types: Vec<RobotType>,
     /// All legs, sorted by the node that they leave.
     legs: Vec<Leg>,
     /// The legs that leave node `n` are `legs[first_legs[n]..first_legs[n + 1]]`.
@@ -31,6 +37,28 @@ pub(crate) struct WorldModel {
     /// The highest speed limit of all edges in either gear, in metres per second; infinite without
     /// edges.
     pub max_speed: f64,
+}
+
+/// A robot type with its footprint.
+#[derive(Debug)]
+pub(crate) struct RobotType {
+    pub record: RobotTypeRecord,
+    /// The body of robot 0 of this type, at the origin.
+    body: Body,
+}
+
+impl RobotType {
+    fn new(record: RobotTypeRecord) -> Self {
+        let is_circle = record.shape() == Shape::Circle;
+        let width = if is_circle { record.length } else { record.width };
+        let half = 0.5 * Vec2::new(record.length, width);
+        Self { record, body: Body::new(0, Vec2::ZERO, 0.0, half, is_circle) }
+    }
+
+    /// Returns the body of a robot of this type.
+    pub fn body(&self, robot: u32, row: &Row) -> Body {
+        self.body.of(robot, row.position, row.theta)
+    }
 }
 
 /// An edge that is driven in one gear, with the nodes at which it begins and ends.
@@ -86,7 +114,11 @@ impl WorldModel {
         let speeds = edges.iter().flat_map(|edge| [edge.record.speed, edge.record.reverse_speed]);
         let max_speed =
             if edges.is_empty() { f64::INFINITY } else { speeds.fold(0.0, f32::max).into() };
-        let robot_types = world.robot_types().to_vec();
+        let mut robot_types: Vec<_> =
+            world.robot_types().iter().map(|record| RobotType::new(*record)).collect();
+        if robot_types.is_empty() {
+            robot_types.push(RobotType::new(RobotTypeRecord::new("unknown", 0.9, 0.6)));
+        }
         Self { nodes, edges, robot_types, legs, first_legs, max_speed }
     }
 
@@ -108,10 +140,10 @@ impl WorldModel {
         self.edge(edge).map(|edge| edge.record.id)
     }
 
-    /// Returns the type with an index; without it, the first one, or 0.9 m × 0.6 m without limits.
-    pub fn robot_type(&self, index: usize) -> RobotTypeRecord {
-        let found = self.robot_types.get(index).or_else(|| self.robot_types.first());
-        found.copied().unwrap_or_else(|| RobotTypeRecord::new("unknown", 0.9, 0.6))
+    /// Returns the type with an index; without it, the first one. Without types, robots are of
+    /// 0.9 m × 0.6 m without limits.
+    pub fn robot_type(&self, index: usize) -> &RobotType {
+        self.robot_types.get(index).unwrap_or(&self.robot_types[0])
     }
 
     /// Returns the position of the node with an id.

@@ -41,6 +41,11 @@ impl HistoryPublisher {
         self.spots.publish(*header, spots)
     }
 
+    /// The number of readers; without any, there is no need to publish.
+    pub fn readers(&self) -> usize {
+        self.samples.readers().max(self.spots.readers())
+    }
+
     /// Gives the newest history to readers that have joined since. Publishing does so as well.
     pub fn update(&self) {
         self.samples.update();

@@ -55,6 +55,11 @@ impl TrafficPublisher {
         self.sender.publish(TrafficHeader { edges, ..*header }, figures)
     }
 
+    /// The number of readers; without any, there is no need to compute figures.
+    pub fn readers(&self) -> usize {
+        self.sender.readers()
+    }
+
     /// Gives the newest figures to readers that have joined since. Publishing does so as well.
     pub fn update(&self) {
         self.sender.update();

@@ -29,10 +29,21 @@ pub(super) struct SpeedProfile(Vec<Stretch>);
 
 impl SpeedProfile {
     /// Drives on along the present edge until the horizon.
-    pub(super) fn drive_on(&mut self, start: &Start, tracer: &mut Tracer) {
+    pub(super) fn drive_on<'table>(
+        &mut self,
+        start: &Start<'table>,
+        tracer: &mut Tracer<'_, 'table>,
+    ) {
         let cruise = start.cruise(start.leg_speed());
+        let speed = start.speed(cruise);
+        tracer.enter_at(start.chords(), start.motion.s);
+        if speed == cruise {
+            // Most robots: at a constant speed, there is nothing to plan.
+            let seconds = tracer.rest();
+            return tracer.advance(speed * seconds, seconds);
+        }
         let only = Stretch { length: f32::INFINITY, cruise, exit: f32::INFINITY };
-        drive_stretch(tracer, only, start.speed(cruise), start.acceleration());
+        drive_stretch(tracer, only, speed, start.acceleration());
     }
 
     /// Drives the rest of the present edge, in metres, and the path after it.
@@ -44,6 +55,9 @@ impl SpeedProfile {
         table: &'table LegTable,
         tracer: &mut Tracer<'_, 'table>,
     ) {
+        if path.is_empty() && end == RouteEnd::Open {
+            return self.drive_on(start, tracer);
+        }
         self.plan(start, rest, path, end);
         let mut speed = start.speed(self.0[0].cruise);
         tracer.enter_at(start.chords(), start.motion.s);

@@ -52,6 +52,10 @@ impl Series {
 
     /// The number of the samples up to a time.
     fn number_at(&self, secs: f64) -> usize {
+        // Time seldom goes back.
+        if self.samples.last().is_none_or(|newest| newest.secs <= secs) {
+            return self.samples.len();
+        }
         self.samples.partition_point(|sample| sample.secs <= secs)
     }
 }

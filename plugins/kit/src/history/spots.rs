@@ -52,8 +52,8 @@ impl Spots {
         let (before, jumps) = self.newest.replace((now, frame.jumps())).unwrap_or((now, 0));
         if now > before && jumps == frame.jumps() {
             let moment = Moment::new(before, now, (now - before).min(LONGEST_GAP));
-            for loss in &losses::losses(frame, pairs) {
-                self.cells.lose(loss, &moment);
+            for loss in losses::losses(frame, &losses::touching(frame, pairs)) {
+                self.cells.lose(&loss, &moment);
             }
         }
     }
@@ -63,10 +63,11 @@ impl Spots {
     pub fn list(&self) -> Vec<HotSpot> {
         let mut taken = BTreeSet::new();
         let mut spots = Vec::new();
-        for (key, worst) in self.cells.worst(MAX_LISTED_CELLS) {
+        for worst in self.cells.worst(MAX_LISTED_CELLS) {
             if spots.len() == MAX_SPOTS {
                 break;
             }
+            let key = worst.cell.key;
             if !taken.contains(&key) {
                 let cells = self.around(key, worst.middle(), &taken);
                 spots.push(self.spot(&cells));
@@ -94,13 +95,14 @@ impl Spots {
         let (mut secs, mut places, mut seen) = ([0.0; 2], [0.0; 2], [f64::INFINITY, 0.0]);
         let (mut fading, mut edges) = ([0.0; 2], BTreeMap::<u32, f64>::new());
         let now = self.newest.unwrap_or_default().0;
-        for cell in cells.iter().filter_map(|key| self.cells.get(*key)) {
-            add(&mut secs, cell.secs);
-            add(&mut places, cell.places);
-            add(&mut fading, cell.fading_at(now));
-            seen = [seen[0].min(cell.seen[0]), seen[1].max(cell.seen[1])];
-            for (edge, secs) in cell.edges.iter().filter(|(edge, _)| *edge != NO_EDGE) {
-                *edges.entry(*edge).or_default() += secs;
+        for found in cells.iter().filter_map(|key| self.cells.get(*key)) {
+            add(&mut secs, found.secs());
+            add(&mut places, found.cell.places);
+            add(&mut fading, found.cell.fading_at(now));
+            let [first, last] = found.seen();
+            seen = [seen[0].min(first), seen[1].max(last)];
+            for (edge, secs) in found.edges().into_iter().filter(|(edge, _)| *edge != NO_EDGE) {
+                *edges.entry(edge).or_default() += secs;
             }
         }
         let mut edges: Vec<_> = edges.into_iter().collect();

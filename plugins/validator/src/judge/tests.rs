@@ -264,7 +264,7 @@ fn carrier(tick: u64) -> Row {
 fn judged_log(log: &[(u64, OrderRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
     // Another test checks the carrier's speed between stops.
-    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
     for tick in 0..=last {
         show(&mut judge, tick, &[carrier(tick)]);
         for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
@@ -350,7 +350,7 @@ fn each_fault_of_an_order_is_found() {
 #[test]
 fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     let mut judge = judge();
-    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
     for tick in 0..=400 {
         show(&mut judge, tick, &[carrier(tick)]);
         for (number, (at, record)) in
@@ -371,7 +371,7 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
 /// first one.
 fn numbered(log: &[(u64, OrderRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
-    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
     let mut samples = log.iter().zip(first..).peekable();
     for tick in 0..=400 {
         while let Some(((at, record), sequence)) =
@@ -403,7 +403,7 @@ fn what_was_logged_before_the_judge_joined_is_unknown() {
 fn a_log_that_is_ahead_of_its_run_is_kept() {
     assert_eq!(numbered(&transport(), 1, 30), []);
     let mut judge = judge();
-    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
     show(&mut judge, 0, &[carrier(0)]);
     judge.take_orders(
         &OrderHeader { run_id: 8, tick: 1, ..OrderHeader::default() },

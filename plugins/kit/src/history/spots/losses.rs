@@ -18,33 +18,28 @@ pub struct Loss {
     pub is_contact: bool,
 }
 
-/// Returns the robots that touch others, each where its footprint overlaps another one, and those
-/// that stand and can't drive on. No robot is counted twice.
-pub fn losses(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
-    let mut all = touching(frame, pairs);
-    let contacts = all.len();
-    let mut in_contact = 0;
-    for robot in stopped(frame.state()).filter(|robot| frame.speed()[*robot].abs() < STANDING) {
+/// Returns the losses of the robots that touch others, and then of those that stand and can't drive
+/// on. `touching` has the [losses of contacts](touching). No robot is counted twice.
+pub fn losses(frame: &Frame<'_>, touching: &[Loss]) -> impl Iterator<Item = Loss> {
+    let (speeds, mut in_contact) = (frame.speed(), touching.iter().peekable());
+    let standing = stopped(frame.state()).filter(move |robot| {
         // Both lists ascend.
-        while in_contact < contacts && (all[in_contact].robot as usize) < robot {
-            in_contact += 1;
-        }
-        if in_contact == contacts || all[in_contact].robot as usize != robot {
-            let place = [frame.x()[robot], frame.y()[robot]];
-            all.push(Loss {
-                robot: robot as u32,
-                place,
-                edge: frame.edge()[robot],
-                is_contact: false,
-            });
-        }
-    }
-    all
+        while in_contact.next_if(|loss| (loss.robot as usize) < *robot).is_some() {}
+        let touches = in_contact.peek().is_some_and(|loss| loss.robot as usize == *robot);
+        speeds[*robot].abs() < STANDING && !touches
+    });
+    let losses = standing.map(|robot| Loss {
+        robot: robot as u32,
+        place: [frame.x()[robot], frame.y()[robot]],
+        edge: frame.edge()[robot],
+        is_contact: false,
+    });
+    touching.iter().copied().chain(losses)
 }
 
-/// The robots of the frame that touch others, by their numbers: each at the place of its first
-/// pair.
-fn touching(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
+/// Returns the losses of the robots that touch others, by their numbers: each at the place of its
+/// first pair.
+pub fn touching(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
     let touching = pairs.iter().filter(|pair| pair.level == ContactLevel::Touching as u32);
     let mut all: Vec<Loss> = touching
         .flat_map(|pair| pair.robots.map(|robot| (robot, [pair.x, pair.y])))
