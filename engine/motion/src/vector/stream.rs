@@ -9,6 +9,9 @@ use std::marker::PhantomData;
 
 /// The way in which the kernel stores a frame that is borrowed for `'frame`.
 pub(crate) trait StoreMode<'frame>: Copy {
+    /// Whether the lines of the next block are prefetched.
+    const PREFETCHES: bool;
+
     /// Returns the fence that allows stores past the cache, if the frame is to be stored that way.
     fn fence(&self) -> Option<&StreamFence<'frame>>;
 }
@@ -18,6 +21,21 @@ pub(crate) trait StoreMode<'frame>: Copy {
 pub(crate) struct Cached;
 
 impl<'frame> StoreMode<'frame> for Cached {
+    const PREFETCHES: bool = false;
+
+    #[inline]
+    fn fence(&self) -> Option<&StreamFence<'frame>> {
+        None
+    }
+}
+
+/// Plain stores, of a frame that the second-level cache doesn't hold: its lines are prefetched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prefetched;
+
+impl<'frame> StoreMode<'frame> for Prefetched {
+    const PREFETCHES: bool = true;
+
     #[inline]
     fn fence(&self) -> Option<&StreamFence<'frame>> {
         None
@@ -50,6 +68,8 @@ impl Drop for StreamFence<'_> {
 }
 
 impl<'frame> StoreMode<'frame> for &StreamFence<'frame> {
+    const PREFETCHES: bool = false;
+
     #[inline]
     fn fence(&self) -> Option<&StreamFence<'frame>> {
         Some(self)
