@@ -2,12 +2,12 @@
 //! frame, in robot updates per second.
 //!
 //! The robots are on random walks in a generated warehouse at 60 Hz, and frames are written in turn
-//! as by a publisher. The same run measures the machine's memory bandwidth, and an
-//! entity-component-system simulation for comparison.
+//! as by a publisher. The same run measures the machine's memory, and an entity-component-system
+//! simulation for comparison.
 
 mod ecs;
+mod memory;
 
-use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::measurement::WallTime;
@@ -16,7 +16,6 @@ use criterion::{
 };
 use regatta_bench::{FrameRing, World, unread_events};
 use regatta_motion::Isa;
-use regatta_plugin::frame::{Line, frame_lines};
 
 const MILLION: usize = 1_000_000;
 
@@ -106,15 +105,14 @@ fn entity_component_system(criterion: &mut Criterion) {
     }
 }
 
-/// Measures the bytes per second that are copied from one frame of a million robots to another.
-fn memory_bandwidth(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("copy of a frame");
-    let from = vec![Line([1.0; 16]); frame_lines(MILLION)];
-    let mut to = from.clone();
-    group.throughput(Throughput::Bytes(size_of_val(from.as_slice()) as u64));
-    group.bench_function("a million robots", |bencher| {
-        bencher.iter(|| to.copy_from_slice(black_box(&from)));
-    });
+/// Prints the rates of the machine's memory and the share of their limit that is reached.
+fn memory_limit(_: &mut Criterion) {
+    let world = World::new();
+    for robots in [100_000, MILLION] {
+        for isa in [Isa::Avx2, Isa::Avx512].into_iter().filter(|isa| isa.is_supported()) {
+            memory::print_share(&world, robots, isa);
+        }
+    }
 }
 
 criterion_group! {
@@ -123,6 +121,6 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2));
-    targets = memory_bandwidth, instruction_sets, sizes, threads, acceleration_limits, entity_component_system
+    targets = memory_limit, instruction_sets, sizes, threads, acceleration_limits, entity_component_system
 }
 criterion_main!(benches);

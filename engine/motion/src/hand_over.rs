@@ -5,6 +5,7 @@ use regatta_base::graph::{EdgeIndex, Leg, NodeIndex};
 
 use super::Motion;
 use super::frame::{Event, EventSink};
+use super::leg_table::PieceSpan;
 use super::pieces::PieceIndex;
 use super::routes::{BaseEnd, RouteCursor};
 use super::rows::RowList;
@@ -43,7 +44,8 @@ impl Motion {
         while !self.stop_at_limit(rows, row, events) && rows.w[row] >= 0 {
             let piece = rows.piece.get(row);
             if !self.legs.span(piece).is_last() {
-                self.put_on_piece(rows, row, self.legs.next_piece(piece), rows.w[row]);
+                let next = self.legs.next_piece(piece);
+                self.put_on_piece(rows, row, next, self.legs.span(next), rows.w[row]);
             } else if !self.leave_leg(rows, row, events) {
                 return;
             }
@@ -111,13 +113,19 @@ impl Motion {
         rows.route[row] = cursor.route;
         self.follow_edge(rows, row, Some(leg.edge));
         let surplus = at_speed(surplus, before, rows.speed[row]);
-        self.put_on_piece(rows, row, compiled.first_piece, surplus);
+        self.put_on_piece(rows, row, compiled.first_piece, compiled.first_span, surplus);
         self.update_base(rows, row);
     }
 
     /// Puts a robot `surplus` units past the start of a piece.
-    fn put_on_piece(&self, rows: &mut Rows, row: usize, piece: PieceIndex, surplus: i32) {
-        let span = self.legs.span(piece);
+    fn put_on_piece(
+        &self,
+        rows: &mut Rows,
+        row: usize,
+        piece: PieceIndex,
+        span: PieceSpan,
+        surplus: i32,
+    ) {
         rows.piece.set(row, piece);
         rows.w[row] = surplus - span.length();
         rows.s_end[row] = span.s_end;
@@ -216,7 +224,7 @@ impl Motion {
         rows.edge[row] = edge.unwrap_or(NO_EDGE);
         rows.state[row] = RobotState::Idle as u8;
         self.follow_edge(rows, row, edge.map(EdgeIndex));
-        self.put_on_piece(rows, row, piece, 0);
+        self.put_on_piece(rows, row, piece, self.legs.span(piece), 0);
         rows.w[row] = w;
     }
 

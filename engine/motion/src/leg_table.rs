@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
-use regatta_base::rows::Rows;
 
 use super::piece::{Piece, PieceInfo};
 use super::pieces::{MAX_PIECES, PieceIndex};
@@ -25,8 +24,9 @@ pub struct Edge {
     pub reverse_speed: Option<f64>,
 }
 
-/// A leg.
+/// A leg, with all that a hand-over at its end or its start needs to know: half a cache line.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
 pub struct CompiledLeg {
     /// Its first piece, in its gear.
     pub first_piece: PieceIndex,
@@ -36,7 +36,21 @@ pub struct CompiledLeg {
     pub length: f32,
     /// The node that it leads to.
     pub end: NodeIndex,
+    /// The span of its first piece.
+    pub(super) first_span: PieceSpan,
+    /// The first of the edges that leave its end, in [`Exits`].
+    first_exit: u32,
+    /// The number of these edges, or [`MANY_EXITS`].
+    exit_count: u16,
+    /// The place among these of the edge that leads straight back, or [`NO_RETURN`].
+    return_place: u16,
 }
+
+/// The number of exits from which on they aren't counted in [`CompiledLeg`].
+const MANY_EXITS: u16 = u16::MAX;
+
+/// The place of a way back that doesn't exist.
+const NO_RETURN: u16 = u16::MAX;
 
 /// The length of a piece and its position on the edge. Small, because each hand-over reads two of
 /// these at random.
@@ -82,13 +96,10 @@ pub struct LegTable {
     spans: Vec<PieceSpan>,
     /// By piece: metres from its end to the end of its leg.
     rests: Vec<f32>,
-    /// By edge and gear.
-    legs: Vec<CompiledLeg>,
-    /// The edges that start at each node.
-    exits: Rows<EdgeIndex>,
-    /// By edge: position among its destination's exits of the edge that leads straight back, or
-    /// `u32::MAX`.
-    return_exits: Vec<u32>,
+    /// By edge: its legs in forward and in reverse gear.
+    forward: Vec<CompiledLeg>,
+    reverse: Vec<CompiledLeg>,
+    exits: Exits,
     /// Edges that no robot may enter. Ordered by index, and mostly empty.
     closed: BTreeSet<EdgeIndex>,
 }
@@ -107,17 +118,19 @@ impl LegTable {
         tracks: Arc<Tracks>,
     ) -> Result<Self, TooManyPieces> {
         check_pieces(tracks.pieces().len())?;
-        let all_legs = (0..edges.len() as u32).flat_map(|edge| {
-            [Gear::Forward, Gear::Reverse].map(|gear| Leg { edge: EdgeIndex(edge), gear })
-        });
-        let legs = all_legs.clone().map(|leg| compile_leg(edges, &tracks, leg)).collect();
-        let (spans, rests) = compile_pieces(&tracks, all_legs);
-        let exits = edges.iter().map(|edge| edge.origin.0).zip((0..).map(EdgeIndex)).collect();
-        let exits = Rows::by_row(node_ids.len(), exits);
-        let (return_exits, closed) = (Vec::new(), BTreeSet::new());
-        let mut table = Self { node_ids, tracks, spans, rests, legs, exits, return_exits, closed };
-        table.return_exits =
-            edges.iter().map(|edge| table.return_exit(edge.origin, edge.destination)).collect();
+        let edge_indices = || (0..edges.len() as u32).map(EdgeIndex);
+        let forward = edge_indices().map(|edge| Leg { edge, gear: Gear::Forward });
+        let reverse = edge_indices().map(|edge| Leg { edge, gear: Gear::Reverse });
+        let (spans, rests) = compile_pieces(&tracks, forward.clone().chain(reverse.clone()));
+        let exits = Exits::new(node_ids.len(), edges);
+        let compile = |leg| compile_leg(edges, &tracks, &spans, &exits, leg);
+        let (forward, reverse) = (forward.map(compile).collect(), reverse.map(compile).collect());
+        let closed = BTreeSet::new();
+        let mut table = Self { node_ids, tracks, spans, rests, forward, reverse, exits, closed };
+        for edge in edge_indices() {
+            let place = table.return_place(edge).and_then(|place| u16::try_from(place).ok());
+            table.forward[edge.0 as usize].return_place = place.unwrap_or(NO_RETURN);
+        }
         Ok(table)
     }
 
@@ -138,7 +151,8 @@ impl LegTable {
 
     /// Returns a leg; one that can't be driven has the speed 0.
     pub fn leg(&self, leg: Leg) -> &CompiledLeg {
-        &self.legs[2 * leg.edge.0 as usize + usize::from(leg.gear == Gear::Reverse)]
+        let legs = if leg.gear == Gear::Forward { &self.forward } else { &self.reverse };
+        &legs[leg.edge.0 as usize]
     }
 
     /// Returns the index of a piece by its row in [`Tracks`].
@@ -227,19 +241,16 @@ impl LegTable {
         leg: Option<Leg>,
         random: u32,
     ) -> Result<EdgeIndex, BaseEnd> {
-        let exits = self.exits_of(node);
-        let back = match leg {
-            Some(Leg { edge, gear: Gear::Forward }) if exits.len() > 1 => {
-                self.return_exits[edge.0 as usize]
-            }
-            _ => u32::MAX,
+        let (exits, back) = match leg {
+            Some(leg) => self.exits_after(leg),
+            None => (self.exits.of(node), None),
         };
         if !self.closed.is_empty() && exits.iter().any(|edge| self.is_closed(*edge)) {
             return self.random_open_exit(exits, back, random);
         }
-        let choices = exits.len() as u64 - u64::from(back != u32::MAX);
+        let choices = exits.len() as u64 - u64::from(back.is_some());
         let choice = (u64::from(random) * choices) >> 32;
-        let choice = choice + u64::from(choice >= u64::from(back));
+        let choice = choice + u64::from(back.is_some_and(|back| choice >= u64::from(back)));
         exits.get(choice as usize).copied().ok_or(BaseEnd::DeadEnd)
     }
 
@@ -248,27 +259,39 @@ impl LegTable {
     fn random_open_exit(
         &self,
         exits: &[EdgeIndex],
-        back: u32,
+        back: Option<u32>,
         random: u32,
     ) -> Result<EdgeIndex, BaseEnd> {
         let open = (0..).zip(exits.iter().copied()).filter(|(_, edge)| !self.is_closed(*edge));
-        let mut ahead = open.clone().filter(|(place, _)| *place != back);
+        let mut ahead = open.clone().filter(|(place, _)| Some(*place) != back);
         let choice = (u64::from(random) * ahead.clone().count() as u64) >> 32;
         let chosen = ahead.nth(choice as usize).or_else(|| open.last());
         chosen.map(|(_, edge)| edge).ok_or(BaseEnd::Unreleased)
     }
 
-    fn exits_of(&self, node: NodeIndex) -> &[EdgeIndex] {
-        self.exits.row(node.0)
+    /// Returns the edges that leave the end of a leg, and the place among them of the way back,
+    /// which a random walk doesn't take.
+    fn exits_after(&self, leg: Leg) -> (&[EdgeIndex], Option<u32>) {
+        let compiled = self.leg(leg);
+        if compiled.exit_count == MANY_EXITS {
+            let place = if leg.gear == Gear::Forward { self.return_place(leg.edge) } else { None };
+            return (self.exits.of(compiled.end), place);
+        }
+        let exits = &self.exits.edges[compiled.first_exit as usize..];
+        let back = compiled.return_place;
+        let place = (back != NO_RETURN).then_some(u32::from(back));
+        (&exits[..usize::from(compiled.exit_count)], place)
     }
 
-    fn return_exit(&self, origin: NodeIndex, destination: NodeIndex) -> u32 {
-        for (place, &edge) in (0..).zip(self.exits_of(destination)) {
-            if self.leg(Leg { edge, gear: Gear::Forward }).end == origin {
-                return place;
-            }
-        }
-        u32::MAX
+    /// Returns the place among the edges that leave the destination of an edge of the first that
+    /// leads straight back; `None` if there is none, or no other edge.
+    fn return_place(&self, edge: EdgeIndex) -> Option<u32> {
+        let [origin, destination] =
+            [&self.reverse, &self.forward].map(|legs| legs[edge.0 as usize].end);
+        let exits = self.exits.of(destination);
+        let mut places = (0..).zip(exits);
+        let (place, _) = places.find(|(_, exit)| self.forward[exit.0 as usize].end == origin)?;
+        (exits.len() > 1).then_some(place)
     }
 }
 
@@ -276,25 +299,33 @@ fn check_pieces(pieces: usize) -> Result<(), TooManyPieces> {
     if pieces > MAX_PIECES { Err(TooManyPieces { pieces, max: MAX_PIECES }) } else { Ok(()) }
 }
 
-fn compile_leg(edges: &[Edge], tracks: &Tracks, leg: Leg) -> CompiledLeg {
+fn compile_leg(
+    edges: &[Edge],
+    tracks: &Tracks,
+    spans: &[PieceSpan],
+    exits: &Exits,
+    leg: Leg,
+) -> CompiledLeg {
     let edge = &edges[leg.edge.0 as usize];
     let (end, speed) = match leg.gear {
         Gear::Forward => (edge.destination, Some(edge.speed)),
         Gear::Reverse => (edge.origin, edge.reverse_speed),
     };
-    match (tracks.track(leg), speed) {
-        (Some(track), Some(speed)) => CompiledLeg {
-            first_piece: PieceIndex::new(track.first_piece, leg.gear),
-            speed: speed as f32,
-            length: track.length as f32,
-            end,
-        },
-        _ => CompiledLeg {
-            first_piece: PieceIndex::new(0, Gear::Forward),
-            speed: 0.0,
-            length: 0.0,
-            end,
-        },
+    let (first_piece, speed, length) = match (tracks.track(leg), speed) {
+        (Some(track), Some(speed)) => (track.first_piece, speed as f32, track.length as f32),
+        _ => (0, 0.0, 0.0),
+    };
+    let gear = if speed > 0.0 { leg.gear } else { Gear::Forward };
+    let (first_exit, exit_count) = exits.range(end);
+    CompiledLeg {
+        first_piece: PieceIndex::new(first_piece, gear),
+        speed,
+        length,
+        end,
+        first_span: spans[first_piece as usize],
+        first_exit,
+        exit_count: u16::try_from(exit_count).unwrap_or(MANY_EXITS),
+        return_place: NO_RETURN,
     }
 }
 
@@ -320,9 +351,79 @@ fn compile_pieces(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<Piec
     (spans, rests)
 }
 
+/// The edges that start at each node.
+#[derive(Debug)]
+struct Exits {
+    /// By the node that they start at.
+    edges: Vec<EdgeIndex>,
+    /// By node: where its edges begin; and where the last ones end.
+    start: Vec<u32>,
+}
+
+impl Exits {
+    fn new(nodes: usize, edges: &[Edge]) -> Self {
+        let mut by_node: Vec<_> = (0..edges.len() as u32).map(EdgeIndex).collect();
+        by_node.sort_by_key(|edge| edges[edge.0 as usize].origin);
+        let mut start = vec![0; nodes + 1];
+        for edge in edges {
+            start[edge.origin.0 as usize + 1] += 1;
+        }
+        for node in 0..nodes {
+            start[node + 1] += start[node];
+        }
+        Self { edges: by_node, start }
+    }
+
+    /// Returns the place of a node's first edge, and the number of its edges.
+    fn range(&self, node: NodeIndex) -> (u32, u32) {
+        let node = node.0 as usize;
+        (self.start[node], self.start[node + 1] - self.start[node])
+    }
+
+    fn of(&self, node: NodeIndex) -> &[EdgeIndex] {
+        let (first, count) = self.range(node);
+        &self.edges[first as usize..][..count as usize]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Compiles edges from node 0 to every other node, and as the last one an edge back from the
+    /// last node.
+    fn star(points: u32) -> LegTable {
+        let edge = |origin, destination| Edge {
+            origin: NodeIndex(origin),
+            destination: NodeIndex(destination),
+            speed: 1.0,
+            reverse_speed: None,
+        };
+        let mut edges: Vec<_> = (1..=points).map(|point| edge(0, point)).collect();
+        edges.push(edge(points, 0));
+        let mut tracks = Tracks::default();
+        for _ in &edges {
+            tracks.push_edge(
+                [(Piece::default(), PieceInfo::default())],
+                None::<[(Piece, PieceInfo); 1]>,
+            );
+        }
+        tracks.push_nodes((0..=points).map(|_| Piece::default()));
+        LegTable::new((0..=points).collect(), &edges, Arc::new(tracks)).expect("few pieces")
+    }
+
+    #[test]
+    fn random_walks_never_turn_back_where_they_neednt() {
+        for points in [1, 2, 5, 70_000] {
+            let table = star(points);
+            let back = Leg { edge: EdgeIndex(points), gear: Gear::Forward };
+            let choose = |leg, random| table.random_exit(NodeIndex(0), leg, random);
+            assert_eq!(choose(Some(back), 0), Ok(EdgeIndex(0)));
+            let last = EdgeIndex(points.saturating_sub(2));
+            assert_eq!(choose(Some(back), u32::MAX), Ok(last), "{points}");
+            assert_eq!(choose(None, u32::MAX), Ok(EdgeIndex(points - 1)), "{points}");
+        }
+    }
 
     #[test]
     fn more_pieces_than_an_index_can_tell_apart_are_refused() {

@@ -90,11 +90,15 @@ pub use routes::{BaseEnd, Plans, Route, RouteCursor};
 pub use rows::{AlignedVec, BLOCK, HeadingRows, LimitRows, ROW_GROUP, Rows, leg_of};
 pub use tracks::{Track, Tracks};
 
-use self::rows::{BlockLists, RowList};
-use self::vector::{Cached, StoreMode, StreamFence};
+use self::rows::BlockLists;
+use self::vector::{Cached, Prefetched, StoreMode, StreamFence};
 
-/// Frames (or a thread's part of one) with at least this many rows are stored past the cache: their
-/// lines would evict everything else from it.
+/// Frames (or a thread's part of one) with at least this many rows don't fit the second-level cache
+/// together with the fleet's columns.
+const ROWS_BEYOND_CACHE: usize = 1 << 15;
+
+/// Frames with at least this many rows are stored past the cache: their lines would evict
+/// everything else from it. Smaller ones aren't, because readers would wait for memory.
 const ROWS_PAST_CACHE: usize = 1 << 17;
 
 /// Everything that a tick reads and doesn't change.
@@ -119,12 +123,12 @@ pub struct Motion {
 impl Motion {
     /// Moves these rows by one tick and writes their poses into the frame, if there is one.
     pub fn step(&self, rows: Rows, frame: Option<PoseColumns>, events: &mut dyn EventSink) {
-        match frame {
-            None => self.step_unpublished(rows, events),
-            Some(columns) if columns.x.len() >= ROWS_PAST_CACHE => {
-                StreamFence::scope(|fence| self.step_into(rows, columns, fence, events));
+        match frame.as_ref().map_or(0, |columns| columns.x.len()) {
+            ROWS_PAST_CACHE.. => {
+                StreamFence::scope(|fence| self.step_into(rows, frame, fence, events));
             }
-            Some(columns) => self.step_into(rows, columns, Cached, events),
+            ROWS_BEYOND_CACHE.. => self.step_into(rows, frame, Prefetched, events),
+            _ => self.step_into(rows, frame, Cached, events),
         }
     }
 
@@ -138,44 +142,66 @@ impl Motion {
         }
     }
 
-    fn step_unpublished(&self, mut rows: Rows, events: &mut dyn EventSink) {
-        while !rows.is_empty() {
-            let (mut block, later_rows) = rows.split_at(BLOCK);
-            self.step_block(&mut block, events);
-            rows = later_rows;
-        }
-    }
-
+    /// Steps block by block.
+    ///
+    /// In large fleets stage 1 of a block comes before the poses of the block before it are
+    /// written: meanwhile the memory arrives that hand-overs need. Blocks with limits don't look
+    /// ahead: the columns of two of them don't fit the first-level cache.
     fn step_into<'frame, S: StoreMode<'frame>>(
         &self,
-        mut rows: Rows,
-        mut columns: PoseColumns<'frame>,
+        rows: Rows,
+        mut frame: Option<PoseColumns<'frame>>,
         mode: S,
         events: &mut dyn EventSink,
     ) {
-        while !rows.is_empty() {
-            let (mut block, later_rows) = rows.split_at(BLOCK);
-            let (now, later) = columns.split_at(BLOCK);
-            self.step_block(&mut block, events);
-            self.write_block(&block, now, mode);
-            (rows, columns) = (later_rows, later);
+        let looks_ahead = rows.len() >= ROWS_BEYOND_CACHE && rows.limits.is_none();
+        let (mut lists, mut next_lists) = (&mut BlockLists::new(), &mut BlockLists::new());
+        let (mut block, mut later) = rows.split_at(BLOCK);
+        self.begin_block(&mut block, lists);
+        while !block.is_empty() {
+            let (mut next, rest) = later.split_at(BLOCK);
+            if looks_ahead {
+                self.begin_block(&mut next, next_lists);
+                self.prefetch_rows(&next, &next_lists.arrived);
+            }
+            self.end_block(&mut block, lists, events);
+            if looks_ahead {
+                self.prefetch_legs(&next, next_lists);
+            }
+            if let Some(columns) = frame {
+                let (now, later_columns) = columns.split_at(BLOCK);
+                self.write_block(&block, now, mode);
+                frame = Some(later_columns);
+            }
+            if looks_ahead {
+                self.prefetch_next_legs(&next, &next_lists.leaving);
+            } else {
+                self.begin_block(&mut next, next_lists);
+            }
+            (block, later) = (next, rest);
+            std::mem::swap(&mut lists, &mut next_lists);
         }
     }
 
-    fn step_block(&self, block: &mut Rows, events: &mut dyn EventSink) {
-        let turning = self.turning_rows(block);
-        let mut lists = BlockLists::new();
+    /// Does stage 1 and lists the rows that need stage 2.
+    fn begin_block(&self, block: &mut Rows, lists: &mut BlockLists) {
+        lists.clear();
+        self.list_turning(block, &mut lists.turning);
         if block.limits.as_ref().is_some_and(LimitRows::any) {
-            self.accelerate(block, &mut lists);
-            lists.stopped.rows().for_each(|row| self.report_held(block, row, events));
-            self.prefetch(block, &lists.near_leg_end);
-            lists.near_leg_end.rows().for_each(|row| self.hand_over_limited(block, row, events));
+            self.accelerate(block, lists);
         } else {
             self.advance(block, &mut lists.arrived);
         }
+    }
+
+    /// Does stage 2.
+    fn end_block(&self, block: &mut Rows, lists: &mut BlockLists, events: &mut dyn EventSink) {
+        lists.stopped.rows().for_each(|row| self.report_held(block, row, events));
+        self.prefetch_rows(block, &lists.near_leg_end);
+        lists.near_leg_end.rows().for_each(|row| self.hand_over_limited(block, row, events));
         self.next_pieces(block, &mut lists.arrived);
-        self.prefetch(block, &lists.arrived);
+        self.prefetch_rows(block, &lists.arrived);
         lists.arrived.rows().for_each(|row| self.hand_over(block, row, events));
-        turning.iter().flat_map(RowList::rows).for_each(|row| self.turn(block, row, events));
+        lists.turning.rows().for_each(|row| self.turn(block, row, events));
     }
 }

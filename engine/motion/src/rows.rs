@@ -233,8 +233,14 @@ impl RowList {
     }
 
     pub fn push(&mut self, row: usize) {
+        self.push_if(row, true);
+    }
+
+    /// Lists a row if `is_listed`, without a branch on it. The list must not be full.
+    #[inline]
+    pub fn push_if(&mut self, row: usize, is_listed: bool) {
         self.rows[self.len] = row as u16;
-        self.len += 1;
+        self.len += usize::from(is_listed);
     }
 
     /// Lists a row for every bit that is set; bit 0 stands for row `first`.
@@ -251,7 +257,7 @@ impl RowList {
     }
 }
 
-/// The rows of a block that stage 1 lists.
+/// The rows of a block that need stage 2.
 #[derive(Debug)]
 pub(super) struct BlockLists {
     /// Robots that reach the end of their piece.
@@ -260,10 +266,28 @@ pub(super) struct BlockLists {
     pub stopped: RowList,
     /// Robots in blocks with limits that may reach the end of their leg. Stage 1 doesn't move them.
     pub near_leg_end: RowList,
+    /// Robots that turn on the spot.
+    pub turning: RowList,
+    /// Robots of `arrived` that are on the last piece of their leg.
+    pub leaving: RowList,
 }
 
 impl BlockLists {
     pub const fn new() -> Self {
-        Self { arrived: RowList::new(), stopped: RowList::new(), near_leg_end: RowList::new() }
+        Self {
+            arrived: RowList::new(),
+            stopped: RowList::new(),
+            near_leg_end: RowList::new(),
+            turning: RowList::new(),
+            leaving: RowList::new(),
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.arrived.len = 0;
+        self.stopped.len = 0;
+        self.near_leg_end.len = 0;
+        self.turning.len = 0;
+        self.leaving.len = 0;
     }
 }

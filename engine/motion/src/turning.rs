@@ -19,18 +19,15 @@ use crate::frame::RobotState;
 use crate::piece::Distance;
 
 impl Motion {
-    /// Returns the rows that turn at the start of a tick.
-    pub(super) fn turning_rows(&self, rows: &Rows) -> Option<RowList> {
-        if !self.limits.iter().any(KinematicLimits::can_turn) {
-            return None;
-        }
-        let mut list = RowList::new();
-        for (row, state) in rows.state.iter().enumerate() {
-            if *state == RobotState::Turning as u8 {
-                list.push(row);
+    /// Lists the rows that turn at the start of a tick.
+    pub(super) fn list_turning(&self, rows: &Rows, list: &mut RowList) {
+        if self.limits.iter().any(KinematicLimits::can_turn) {
+            for (row, state) in rows.state.iter().enumerate() {
+                if *state == RobotState::Turning as u8 {
+                    list.push(row);
+                }
             }
         }
-        Some(list)
     }
 
     /// Whether a robot of some type has to turn between two legs.

@@ -19,10 +19,9 @@ use crate::frame::PoseColumns;
 
 use self::kernel::kernel;
 use self::memory::prefetch;
-pub(super) use self::memory::{Cached, StoreMode, StreamFence};
-use super::isa::KernelVariant;
-use super::rows::Rows;
-use super::rows::{BlockLists, RowList};
+pub(super) use self::memory::{Cached, Prefetched, StoreMode, StreamFence};
+use super::isa::{KernelVariant, SupportedIsa};
+use super::rows::{AlignedVec, BlockLists, RowList, Rows};
 use super::{Motion, scalar};
 
 #[cfg(target_arch = "x86_64")]
@@ -73,6 +72,19 @@ macro_rules! dispatch {
     };
 }
 
+impl SupportedIsa {
+    /// Fills a column with stores past the cache, as frames of large fleets are written: the rate
+    /// of these stores bounds a tick.
+    ///
+    /// # Panics
+    /// If the column isn't a whole number of cache lines.
+    pub fn fill_past_cache(self, column: &mut AlignedVec<f32>, value: f32) {
+        StreamFence::scope(|fence| {
+            dispatch!(self, column.fill(value), fill(column, value, fence));
+        });
+    }
+}
+
 impl Motion {
     /// Stage 1 under acceleration limits.
     pub(super) fn accelerate(&self, block: &mut Rows, lists: &mut BlockLists) {
@@ -112,13 +124,36 @@ impl Motion {
         );
     }
 
-    /// Prefetches the data that the hand-over of these rows reads.
-    pub(super) fn prefetch(&self, block: &Rows, listed: &RowList) {
+    /// Prefetches what the hand-over of these rows reads.
+    pub(super) fn prefetch_rows(&self, block: &Rows, listed: &RowList) {
         for row in listed.rows() {
             prefetch(&self.legs.spans()[block.piece.get(row).row()]);
             prefetch(&block.route[row]);
             prefetch(&block.robot_type[row]);
             prefetch(&block.s_end[row]);
+            prefetch(&block.state[row]);
+        }
+    }
+
+    /// Lists the rows that are about to leave their leg, and prefetches these legs.
+    pub(super) fn prefetch_legs(&self, block: &Rows, lists: &mut BlockLists) {
+        let BlockLists { arrived, leaving, .. } = lists;
+        for row in arrived.rows() {
+            leaving.push_if(row, self.legs.span(block.piece.get(row)).is_last());
+        }
+        for row in leaving.rows() {
+            if let Some(leg) = block.leg(row) {
+                prefetch(self.legs.leg(leg));
+            }
+        }
+    }
+
+    /// Prefetches the legs that the listed rows enter.
+    pub(super) fn prefetch_next_legs(&self, block: &Rows, leaving: &RowList) {
+        for row in leaving.rows() {
+            if let Ok(leg) = self.next_leg(&mut self.route_cursor(block, row)) {
+                prefetch(self.legs.leg(leg));
+            }
         }
     }
 }

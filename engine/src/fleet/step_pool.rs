@@ -1,25 +1,33 @@
 //! The threads that share a step: each processes a contiguous range of blocks.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
 use regatta_motion::{BLOCK, Motion, PoseColumns, Rows};
 
 use super::EventBuffer;
 
-/// The threads of a fleet, each with its own buffer of events.
+/// The time for which the calling thread doesn't sleep while it waits for the others: as a rule
+/// they end sooner than it would wake up.
+const SPIN: Duration = Duration::from_micros(200);
+
+/// The threads of a fleet, each with its own buffer of events. The thread that calls
+/// [`step`](Self::step) is one of them.
 #[derive(Debug)]
 pub(super) struct StepPool {
-    pool: rayon::ThreadPool,
+    others: rayon::ThreadPool,
     events: Vec<EventBuffer>,
 }
 
 impl StepPool {
-    /// Starts the threads; `None` if that fails.
+    /// Starts the threads, at least two; `None` if that fails.
     pub fn new(threads: usize) -> Option<Self> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
+        let others = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads - 1)
             .thread_name(|number| format!("motion-{number}"))
             .build()
             .ok()?;
-        Some(Self { pool, events: vec![EventBuffer::new(0); threads] })
+        Some(Self { others, events: vec![EventBuffer::new(0); threads] })
     }
 
     /// Does what [`Motion::step`] does, on all threads. Events are in the order of rows, as
@@ -27,37 +35,42 @@ impl StepPool {
     pub fn step(
         &mut self,
         motion: &Motion,
-        rows: Rows,
-        columns: Option<PoseColumns>,
+        mut rows: Rows,
+        mut columns: Option<PoseColumns>,
         events: &mut EventBuffer,
     ) {
         for part in &mut self.events {
             part.reset_like(events);
         }
-        self.pool.install(|| step_parts(motion, rows, columns, &mut self.events));
+        let running = &AtomicUsize::new(0);
+        let (blocks, threads) = (rows.len().div_ceil(BLOCK), self.events.len());
+        self.others.in_place_scope(|scope| {
+            let [first, others @ ..] = &mut *self.events else { return };
+            for (number, part) in others.iter_mut().enumerate().rev() {
+                let start = BLOCK * (blocks * (number + 1) / threads);
+                let (before, part_rows) = rows.split_at(start);
+                let (columns_before, part_columns) =
+                    columns.map(|columns| columns.split_at(start)).unzip();
+                (rows, columns) = (before, columns_before);
+                running.fetch_add(1, Ordering::Relaxed);
+                scope.spawn(move |_| {
+                    motion.step(part_rows, part_columns, part);
+                    running.fetch_sub(1, Ordering::Release);
+                });
+            }
+            motion.step(rows, columns, first);
+            spin_while_any(running);
+        });
         for part in &mut self.events {
             events.append(part);
         }
     }
 }
 
-/// Steps one part of the rows for each buffer of events.
-fn step_parts(
-    motion: &Motion,
-    rows: Rows,
-    columns: Option<PoseColumns>,
-    events: &mut [EventBuffer],
-) {
-    if let [events] = events {
-        return motion.step(rows, columns, events);
+/// Waits for the other threads without sleeping, for a while.
+fn spin_while_any(running: &AtomicUsize) {
+    let end = Instant::now() + SPIN;
+    while running.load(Ordering::Acquire) > 0 && Instant::now() < end {
+        std::hint::spin_loop();
     }
-    let blocks = rows.len().div_ceil(BLOCK);
-    let (first, second) = events.split_at_mut(events.len() / 2);
-    let middle = BLOCK * (blocks * first.len() / (first.len() + second.len()));
-    let (rows, more_rows) = rows.split_at(middle);
-    let (columns, more_columns) = columns.map(|columns| columns.split_at(middle)).unzip();
-    rayon::join(
-        || step_parts(motion, rows, columns, first),
-        || step_parts(motion, more_rows, more_columns, second),
-    );
 }

@@ -7,7 +7,7 @@ macro_rules! kernel {
             use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
             use crate::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
-            use crate::rows::{BlockLists, RowList};
+            use crate::rows::{BLOCK, BlockLists, RowList};
             use crate::frame::{PoseColumns, WORDS_PER_LINE};
             use crate::piece::{Piece, TimeStep};
             use crate::pieces::{PieceLookup, REVERSE};
@@ -15,7 +15,9 @@ macro_rules! kernel {
             use crate::rows::Rows;
             use crate::scalar::METRES_PER_UNIT;
             use super::lanes::$name::*;
-            use super::memory::{$stream, StoreMode, prefetch_next_block, prefetch_next_pages};
+            use super::memory::{
+                $stream, StoreMode, prefetch_later_block, prefetch_next_pages, prefetch_to_write,
+            };
 
             #[inline]
             $(#[$feature])*
@@ -29,10 +31,15 @@ macro_rules! kernel {
                 *to = bytemuck::cast(value);
             }
 
+            const CHUNKS_PER_LINE: usize = WORDS_PER_LINE / N;
+
             /// A column of a frame. Nothing reads it before the frame's borrow ends.
             struct OutputColumn<'frame, S> {
                 chunks: &'frame mut [F],
                 mode: S,
+                /// The chunks of the line that isn't complete yet. Stores past the cache that fill a
+                /// line in parts, with other stores in between, are several times slower.
+                line: [F; CHUNKS_PER_LINE],
             }
 
             impl<'frame, S: StoreMode<'frame>> OutputColumn<'frame, S> {
@@ -40,19 +47,34 @@ macro_rules! kernel {
                 ///
                 /// # Panics
                 /// If it isn't a whole number of aligned chunks, or there are fewer.
+                $(#[$feature])*
                 fn new<T: bytemuck::Pod>(column: &'frame mut [T], count: usize, mode: S) -> Self {
-                    Self { chunks: &mut bytemuck::cast_slice_mut(column)[..count], mode }
+                    let chunks = &mut bytemuck::cast_slice_mut(column)[..count];
+                    Self { chunks, mode, line: [splat(0.0); CHUNKS_PER_LINE] }
+                }
+
+                /// Prefetches the line in the next block that `chunk` is to be followed by.
+                #[inline]
+                fn prefetch(&self, chunk: usize) {
+                    prefetch_to_write(self.chunks[chunk..].as_ptr().wrapping_add(BLOCK / N));
                 }
 
                 #[inline]
                 $(#[$feature])*
                 fn put(&mut self, chunk: usize, value: F) {
-                    let to = &mut self.chunks[chunk];
-                    match self.mode.fence() {
-                        // SAFETY: `chunks` is private and only written, and its memory stays
-                        // borrowed for `'frame`, which ends after the fence is dropped.
-                        Some(fence) => unsafe { $stream(fence, to, value) },
-                        None => *to = value,
+                    let Some(fence) = self.mode.fence() else {
+                        self.chunks[chunk] = value;
+                        return;
+                    };
+                    let part = chunk * N % WORDS_PER_LINE / N;
+                    self.line[part] = value;
+                    if part + 1 == CHUNKS_PER_LINE {
+                        let line = &mut self.chunks[chunk - part..][..CHUNKS_PER_LINE];
+                        for (to, value) in line.iter_mut().zip(self.line) {
+                            // SAFETY: `chunks` is private and only written, and its memory stays
+                            // borrowed for `'frame`, which ends after the fence is dropped.
+                            unsafe { $stream(fence, to, value) }
+                        }
                     }
                 }
             }
@@ -161,11 +183,19 @@ macro_rules! kernel {
                 let [gain, offset] = rules.map(|rule| &rule.as_chunks::<N>().0[..rule_count]);
                 for i in 0..count {
                     if (i * N).is_multiple_of(WORDS_PER_LINE) {
-                        prefetch_next_block(piece.signs(i).as_ptr());
-                        prefetch_next_block(w[i].as_ptr());
-                        prefetch_next_block(speed[i].as_ptr());
-                        prefetch_next_block(s_end[i].as_ptr());
-                        prefetch_next_block(edge[i].as_ptr());
+                        prefetch_later_block(piece.signs(i).as_ptr());
+                        prefetch_later_block(w[i].as_ptr());
+                        prefetch_later_block(speed[i].as_ptr());
+                        prefetch_later_block(s_end[i].as_ptr());
+                        prefetch_later_block(edge[i].as_ptr());
+                        if S::PREFETCHES {
+                            x.prefetch(i);
+                            y.prefetch(i);
+                            theta.prefetch(i);
+                            speed_out.prefetch(i);
+                            s_out.prefetch(i);
+                            edge_out.prefetch(i);
+                        }
                     }
                     let [cx, cy] = coefficients(piece.pieces(i));
                     let sign: I = bytemuck::cast(*piece.signs(i));
@@ -185,6 +215,20 @@ macro_rules! kernel {
                 let mut state_out = OutputColumn::new(columns.state, state.len(), mode);
                 for (i, from) in state.iter().enumerate() {
                     state_out.put(i, bytemuck::cast(*from));
+                }
+            }
+
+            /// Fills a column of a frame.
+            $(#[$feature])*
+            pub fn fill<'frame, S: StoreMode<'frame>>(
+                column: &'frame mut [f32],
+                value: f32,
+                mode: S,
+            ) {
+                let count = column.len() / N;
+                let mut out = OutputColumn::new(column, count, mode);
+                for i in 0..count {
+                    out.put(i, splat(value));
                 }
             }
 

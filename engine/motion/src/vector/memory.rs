@@ -12,11 +12,35 @@ use std::marker::PhantomData;
 use crate::frame::PoseColumns;
 use crate::rows::BLOCK;
 
-/// Prefetches the value at the same position of the same column in the next block: the processor's
-/// own prefetcher stops at the end of a page.
+/// Prefetches the value at the same position of the same column in the block after the next, into
+/// the second-level cache: the processor's own prefetcher stops at the end of a page, and the next
+/// block may have begun already.
 #[inline]
-pub(super) fn prefetch_next_block<T>(value: *const T) {
-    prefetch(value.wrapping_add(BLOCK));
+pub(super) fn prefetch_later_block<T>(value: *const T) {
+    let later = value.wrapping_add(2 * BLOCK);
+    #[cfg(all(target_arch = "x86_64", not(miri)))]
+    {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+        // SAFETY: every x86-64 machine has SSE, and a prefetch is only a hint, whatever the
+        // address.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(later.cast()) }
+    }
+    #[cfg(not(all(target_arch = "x86_64", not(miri))))]
+    let _ = later;
+}
+
+/// Prefetches the line of a value, which need not exist, to write it: then no other processor has
+/// it.
+#[inline]
+pub(super) fn prefetch_to_write<T>(value: *const T) {
+    #[cfg(all(target_arch = "x86_64", not(miri)))]
+    // SAFETY: `prefetchw` is only a hint, whatever the address, and does nothing on the x86-64
+    // machines that don't know it.
+    unsafe {
+        std::arch::asm!("prefetchw [{}]", in(reg) value, options(nostack, preserves_flags));
+    }
+    #[cfg(not(all(target_arch = "x86_64", not(miri))))]
+    let _ = value;
 }
 
 /// Prefetches a line of each page that the next block will be written to, so that their addresses
@@ -46,6 +70,9 @@ pub(super) fn prefetch<T>(value: *const T) {
 
 /// The way in which the kernel stores a frame that is borrowed for `'frame`.
 pub(crate) trait StoreMode<'frame>: Copy {
+    /// Whether the lines of the next block are prefetched.
+    const PREFETCHES: bool;
+
     /// Returns the fence that allows stores past the cache, if the frame is to be stored that way.
     fn fence(&self) -> Option<&StreamFence<'frame>>;
 }
@@ -55,6 +82,21 @@ pub(crate) trait StoreMode<'frame>: Copy {
 pub(crate) struct Cached;
 
 impl<'frame> StoreMode<'frame> for Cached {
+    const PREFETCHES: bool = false;
+
+    #[inline]
+    fn fence(&self) -> Option<&StreamFence<'frame>> {
+        None
+    }
+}
+
+/// Plain stores, of a frame that the second-level cache doesn't hold: its lines are prefetched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prefetched;
+
+impl<'frame> StoreMode<'frame> for Prefetched {
+    const PREFETCHES: bool = true;
+
     #[inline]
     fn fence(&self) -> Option<&StreamFence<'frame>> {
         None
@@ -87,6 +129,8 @@ impl Drop for StreamFence<'_> {
 }
 
 impl<'frame> StoreMode<'frame> for &StreamFence<'frame> {
+    const PREFETCHES: bool = false;
+
     #[inline]
     fn fence(&self) -> Option<&StreamFence<'frame>> {
         Some(self)

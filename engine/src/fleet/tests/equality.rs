@@ -173,7 +173,16 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn large_frames_are_written_with_the_same_bits() {
     let variants: Vec<_> = supported().map(|isa| (isa, 1)).collect();
-    assert_same((1 << 17) + 5, true, 7, &variants);
+    for limited in [false, true] {
+        assert_same((1 << 17) + 5, limited, 7, &variants);
+    }
+}
+
+/// Half of such a fleet doesn't look ahead, and its part of a frame isn't prefetched. The first
+/// release, in tick 8, adds the columns of limits, with which no fleet looks ahead.
+#[test]
+fn looking_a_block_ahead_gives_the_same_bits() {
+    assert_same((1 << 15) + 5, false, 8, &[(Isa::detect(), 1), (Isa::detect(), 2)]);
 }
 
 #[test]
