@@ -30,8 +30,8 @@ impl StepPool {
         Some(Self { others, events: vec![EventBuffer::new(0); threads] })
     }
 
-    /// Does what [`Motion::step`] does, on all threads. Events are in the order of rows, as
-    /// from one thread.
+    /// Does what [`Motion::step`] does, on all threads that get a block. Events are in the order of
+    /// rows, as from one thread.
     pub fn step(
         &mut self,
         motion: &Motion,
@@ -42,10 +42,11 @@ impl StepPool {
         for part in &mut self.events {
             part.reset_like(events);
         }
+        let blocks = rows.len().div_ceil(BLOCK);
+        let threads = self.events.len().min(blocks);
+        let Some((first, others)) = self.events[..threads].split_first_mut() else { return };
         let running = &AtomicUsize::new(0);
-        let (blocks, threads) = (rows.len().div_ceil(BLOCK), self.events.len());
         self.others.in_place_scope(|scope| {
-            let [first, others @ ..] = &mut *self.events else { return };
             for (number, part) in others.iter_mut().enumerate().rev() {
                 let start = BLOCK * (blocks * (number + 1) / threads);
                 let (before, part_rows) = rows.split_at(start);
