@@ -179,15 +179,16 @@ macro_rules! kernel {
                 let speed = &rows.speed.as_chunks::<N>().0[..count];
                 let s_end = &rows.s_end.as_chunks::<N>().0[..count];
                 let edge = &rows.edge.as_chunks::<N>().0[..count];
+                let looks_ahead = rows.limits.is_none();
                 let rule_count = if ORIENTED { count } else { 0 };
                 let [gain, offset] = rules.map(|rule| &rule.as_chunks::<N>().0[..rule_count]);
                 for i in 0..count {
                     if (i * N).is_multiple_of(WORDS_PER_LINE) {
-                        prefetch_later_block(piece.signs(i).as_ptr());
-                        prefetch_later_block(w[i].as_ptr());
-                        prefetch_later_block(speed[i].as_ptr());
-                        prefetch_later_block(s_end[i].as_ptr());
-                        prefetch_later_block(edge[i].as_ptr());
+                        prefetch_later_block(piece.signs(i).as_ptr(), looks_ahead);
+                        prefetch_later_block(w[i].as_ptr(), looks_ahead);
+                        prefetch_later_block(speed[i].as_ptr(), looks_ahead);
+                        prefetch_later_block(s_end[i].as_ptr(), looks_ahead);
+                        prefetch_later_block(edge[i].as_ptr(), looks_ahead);
                         if S::PREFETCHES {
                             x.prefetch(i);
                             y.prefetch(i);

@@ -12,11 +12,14 @@ use std::marker::PhantomData;
 use crate::frame::PoseColumns;
 use crate::rows::BLOCK;
 
-/// Prefetches the value at the same position of the same column in the block after the next, into
-/// the second-level cache: the processor's own prefetcher stops at the end of a page, and the next
-/// block may have begun already.
+/// Prefetches the value at the same position of the same column in a later block: the processor's
+/// own prefetcher stops at the end of a page. If the tick looks ahead, the next block has begun
+/// already, and it is the one after that, for the second-level cache.
 #[inline]
-pub(super) fn prefetch_later_block<T>(value: *const T) {
+pub(super) fn prefetch_later_block<T>(value: *const T, looks_ahead: bool) {
+    if !looks_ahead {
+        return prefetch(value.wrapping_add(BLOCK));
+    }
     let later = value.wrapping_add(2 * BLOCK);
     #[cfg(all(target_arch = "x86_64", not(miri)))]
     {
