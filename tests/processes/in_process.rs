@@ -11,12 +11,12 @@ use clap::Parser;
 use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, TYPE, WAITS_FOR};
 use regatta_plugin::{
     ColumnReader, Events, Frame, LOAD_VARIABLE, LocalPlugin, OrderReader, Participant, Plugin,
-    ReadError, Reporter, Result,
+    ReadError, Reporter, Result, column_names,
 };
 use regatta_run::Run;
 use regatta_scenario::{Overrides, Scenario};
 
-use crate::fleet::{Process, graphs, regatta, unique};
+use crate::fleet::{Process, eventually, graphs, regatta, unique};
 
 /// The columns of the engine and of the fleet manager.
 const COLUMNS: [&str; 5] =
@@ -142,24 +142,28 @@ fn in_processes(path: &Path, ticks: u64) -> Seen {
     let scenario = Scenario::read(path, &Overrides::default()).expect("a scenario");
     let args = manager_args(&scenario);
     let fleet_arg = format!("--fleet={fleet}");
+    // Readers come before the engine: one that joins later may miss the columns of the first tick.
+    let manager = args.as_ref().map(|args| {
+        let mut command = regatta();
+        command.args(["plugin", MANAGER, &fleet_arg, "--no-cache"]).args(args);
+        Process::start(command.env(LOAD_VARIABLE, path))
+    });
+    if manager.is_some() {
+        eventually("the manager reads batteries", || {
+            column_names(&fleet).iter().any(|name| name.as_str() == BATTERY.name()).then_some(())
+        });
+    }
+    let mut witness = Witness::default();
+    let participant = Participant::join(&fleet, WITNESS).expect("joined");
+    let reporter = Reporter::open_on(&participant).expect("opened");
+    let last = Rc::clone(&witness.last);
+    let mut plugin = LocalPlugin::start(&participant, &mut witness).expect("started");
     let mut engine = regatta();
     engine.arg("engine").arg(path).args([&fleet_arg, "--speed=max", "--digest"]);
     engine.arg(format!("--ticks={ticks}")).args(["--lockstep-timeout", "60"]);
     engine.args([format!("--lockstep={WITNESS}")]);
     engine.args(args.as_ref().map(|_| format!("--lockstep={MANAGER}")));
     let mut engine = Process::start(&mut engine);
-
-    let mut witness = Witness::default();
-    let participant = Participant::join(&fleet, WITNESS).expect("joined");
-    let reporter = Reporter::open_on(&participant).expect("opened");
-    let last = Rc::clone(&witness.last);
-    let mut plugin = LocalPlugin::start(&participant, &mut witness).expect("started");
-    // The manager comes second: the order log has no history.
-    let manager = args.map(|args| {
-        let mut command = regatta();
-        command.args(["plugin", MANAGER, &fleet_arg, "--no-cache"]).args(args);
-        Process::start(command.env(LOAD_VARIABLE, path))
-    });
     while engine.0.try_wait().expect("a status").is_none() {
         plugin.turn().expect("readable");
         if let Some((run_id, tick)) = last.take() {
