@@ -65,6 +65,10 @@ impl Planner for Timed {
         };
         *counts = self.0.counts();
     }
+
+    fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {
+        self.0.objection(traffic, robot)
+    }
 }
 
 /// A fleet that drives to random goals.

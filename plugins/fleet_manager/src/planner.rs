@@ -4,17 +4,21 @@
 //! claims.
 
 mod backstop;
+mod committed;
 mod driving_times;
 mod landmarks;
 mod lanes;
 mod pibt;
 mod route;
 mod tea;
+#[cfg(test)]
+mod tests;
 
 use clap::ValueEnum;
 use std::fmt;
 
 pub use self::backstop::{Backstop, BackstopSettings};
+pub use self::committed::Committed;
 pub use self::driving_times::DrivingTimes;
 pub use self::landmarks::Landmarks;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
@@ -33,6 +37,12 @@ pub trait Planner: fmt::Debug + Send {
     /// Plans after a frame. A robot with [`needs_route`](crate::traffic::Robot::needs_route) stands
     /// still at the end of its base until it gets a route, or is told unreachable.
     fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans);
+
+    /// Returns a robot that another one has to wait for instead of keeping the extension of its base
+    /// that it has just claimed; by default, none.
+    fn objection(&mut self, _traffic: &Traffic<'_>, _robot: u32) -> Option<u32> {
+        None
+    }
 
     /// Figures of the run so far, by name, for logs and reports.
     fn counts(&self) -> Vec<(&'static str, u64)> {
@@ -78,38 +88,103 @@ impl Plans {
     }
 }
 
+/// The share of legs that are driven in both directions from which on a plant counts as one of
+/// single tracks.
+const LEAST_TWO_WAY: f32 = 0.25;
+/// The largest number of robots with committed ways: each looks at the ways of all others.
+const MOST_COMMITTED: usize = 64;
+/// The number of robots for each node from which on one-way blocks that are short for a robot jam.
+const CROWDED: f32 = 0.1;
+/// The length of a short block, in lengths of a robot.
+const SHORT_BLOCK: f32 = 4.0;
+
+/// The share of the legs that have a leg in the opposite direction, from 0 to 1.
+fn two_way_share(roads: &Roads) -> f32 {
+    let legs = (0..roads.nodes()).flat_map(|node| roads.exits(node).iter().copied());
+    let (mut all, mut two_way) = (0, 0);
+    for leg in legs {
+        let (start, end) = (roads.start(leg), roads.end(leg));
+        all += 1;
+        two_way += u32::from(roads.exits(end).iter().any(|&back| roads.end(back) == start));
+    }
+    two_way as f32 / all.max(1) as f32
+}
+
+/// Whether most edges are short for the longest robot.
+fn has_short_blocks(roads: &Roads) -> bool {
+    let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.half.x);
+    let short = SHORT_BLOCK * longest.fold(0.0, f32::max);
+    2 * roads.edges().iter().filter(|edge| edge.length < short).count() > roads.edges().len()
+}
+
 /// The planner that decides which way robots go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum PlannerKind {
+    /// The one of the others that suits the roads and the number of robots
+    #[default]
+    Auto,
     /// The fastest way, with the time added that others lose on it; for roads whose lanes are
     /// driven one way
-    #[default]
     Lanes,
     /// Time-enhanced A*: whole paths in time layers; for some tens of robots
     Tea,
     /// Priority inheritance with backtracking: from place to place; where opposing traffic shares
     /// one track
     Pibt,
+    /// Committed ways to rest places; for roads that are driven both ways, with dead ends
+    Committed,
 }
 
 impl PlannerKind {
-    /// Makes the planner for some roads.
-    pub fn planner(self, roads: &Roads) -> Box<dyn Planner> {
-        match self {
+    /// Makes the planner for some roads and about so many robots, and returns the settings of
+    /// steering for it, too.
+    pub(crate) fn planner(self, roads: &Roads, robots: usize) -> (Box<dyn Planner>, Settings) {
+        let planner: Box<dyn Planner> = match self {
+            Self::Auto => return Self::suited(roads, robots),
             Self::Lanes => Box::new(Lanes::new(roads, LanesSettings::default())),
             Self::Tea => Box::new(Tea::new(roads, TeaSettings::default())),
             Self::Pibt => Box::new(Pibt::new(roads, PibtSettings::default())),
+            Self::Committed => Box::new(Committed::new(roads)),
+        };
+        // Committed ways need no backstop, which would lead robots away from them.
+        let planner = match self {
+            Self::Committed => planner,
+            _ => Box::new(Backstop::new(planner, BackstopSettings::default())),
+        };
+        (planner, self.settings())
+    }
+
+    /// Makes the planner that suits some roads and a number of robots.
+    fn suited(roads: &Roads, robots: usize) -> (Box<dyn Planner>, Settings) {
+        if two_way_share(roads) < LEAST_TWO_WAY {
+            let crowds = robots as f32 > roads.nodes() as f32 * CROWDED && has_short_blocks(roads);
+            return if crowds { Self::Pibt } else { Self::Lanes }.planner(roads, robots);
         }
+        if robots <= MOST_COMMITTED {
+            let committed = Committed::new(roads);
+            if robots <= committed.rest_places() {
+                return (Box::new(committed), Self::Committed.settings());
+            }
+        }
+        Self::Lanes.planner(roads, robots)
     }
 
     /// The settings of steering for it.
     pub(crate) fn settings(self) -> Settings {
         match self {
-            Self::Lanes => Settings::default(),
+            Self::Auto | Self::Lanes => Settings::default(),
             // They decide themselves in which order robots drive: a robot that isn't admitted would
             // hold up all that are to follow it.
             Self::Tea | Self::Pibt => Settings {
                 admission: AdmissionSettings::unlimited(),
+                stub_guard: false,
+                ..Settings::default()
+            },
+            // It keeps every state free of rings of waiters, and of robots that can't come out of
+            // a dead end.
+            Self::Committed => Settings {
+                admission: AdmissionSettings::unlimited(),
+                ring_guard: false,
                 stub_guard: false,
                 ..Settings::default()
             },

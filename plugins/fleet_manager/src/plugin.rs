@@ -189,8 +189,9 @@ impl FleetManager {
         roads
     }
 
-    /// Opens the pool of orders at a simulated time in seconds, and begins to manage.
-    fn begin(&mut self, opening: Opening, now_secs: f64) -> Result {
+    /// Opens the pool of orders at a simulated time in seconds, and begins to manage so many
+    /// robots.
+    fn begin(&mut self, opening: Opening, robots: usize, now_secs: f64) -> Result {
         let Opening { roads, places, run_id, charging } = opening;
         let mut orders = OrderPool::open(&self.order_settings(), places, run_id, now_secs)
             .map_err(|error| Error::new(format_args!("{error}")))?;
@@ -202,11 +203,13 @@ impl FleetManager {
             tell!("fleet-manager: orders at http://{address}");
         }
         let (planner, settings) = match &mut self.own_planner {
-            Some(planner) => (planner(&roads), Settings::default()),
-            None => (self.cli.planner.planner(&roads), self.cli.planner.settings()),
+            Some(planner) => {
+                let backstop = Backstop::new(planner(&roads), BackstopSettings::default());
+                (Box::new(backstop) as Box<dyn Planner>, Settings::default())
+            }
+            None => self.cli.planner.planner(&roads, robots),
         };
         let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
-        let planner = Box::new(Backstop::new(planner, BackstopSettings::default()));
         self.manager = Some(Manager::new(roads, planner, settings, orders).with_charging(charging));
         Ok(())
     }
@@ -325,7 +328,9 @@ impl Plugin for FleetManager {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         if let Some(opening) = self.opening.take() {
             let start = Instant::now();
-            self.begin(opening, frame.sim_time().as_secs_f64())?;
+            let is_there = |state: &&u8| **state != RobotState::Absent as u8;
+            let robots = frame.state().iter().filter(is_there).count();
+            self.begin(opening, robots, frame.sim_time().as_secs_f64())?;
             self.figures.add_start(start.elapsed());
         }
         let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else {

@@ -300,6 +300,11 @@ impl Planner for Backstop {
         }
     }
 
+    fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {
+        let is_led = self.cases.iter().any(|case| case.robots().any(|led| led == robot));
+        if is_led { None } else { self.planner.objection(traffic, robot) }
+    }
+
     fn counts(&self) -> Vec<(&'static str, u64)> {
         let Counts { regions, solved, given_up, broken_off, steps } = self.counts;
         let own = [

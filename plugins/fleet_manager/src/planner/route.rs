@@ -36,6 +36,11 @@ pub struct Search<'a> {
     pub slack: f32,
 }
 
+impl Search<'_> {
+    /// The goal of a search for the nearest of several nodes.
+    pub const NO_NODE: u32 = u32::MAX;
+}
+
 /// Searches routes, one after the other. It keeps its memory in between.
 #[derive(Debug, Default)]
 pub struct Router {
@@ -96,7 +101,31 @@ impl Router {
         roads: &Roads,
         class: &RobotClass,
         search: Search<'_>,
+        cost: impl FnMut(Leg) -> Option<f32>,
+    ) -> Option<Vec<Leg>> {
+        self.route_to(roads, class, search, cost, |node| node == search.goal)
+    }
+
+    /// Returns the legs of the fastest route to the nearest node that is a goal; `None` if there is
+    /// none. The goal of the search has to be [`NO_NODE`](Search::NO_NODE).
+    pub fn nearest(
+        &mut self,
+        roads: &Roads,
+        class: &RobotClass,
+        search: Search<'_>,
+        cost: impl FnMut(Leg) -> Option<f32>,
+        is_goal: impl Fn(u32) -> bool,
+    ) -> Option<Vec<Leg>> {
+        self.route_to(roads, class, search, cost, is_goal)
+    }
+
+    fn route_to(
+        &mut self,
+        roads: &Roads,
+        class: &RobotClass,
+        search: Search<'_>,
         mut cost: impl FnMut(Leg) -> Option<f32>,
+        is_goal: impl Fn(u32) -> bool,
     ) -> Option<Vec<Leg>> {
         self.search += 1;
         self.looked_at = 0;
@@ -114,7 +143,7 @@ impl Router {
             let so_far = mark.cost;
             self.looked_at += 1;
             let node = roads.end(leg);
-            if node == search.goal {
+            if is_goal(node) {
                 return Some(self.legs_to(leg));
             }
             let reached = Reached { last: Some(leg), before: index, node, so_far };
@@ -222,6 +251,9 @@ impl Query<'_> {
     /// The estimate of the time from a node to the goal, in seconds.
     fn least_secs(&self, node: u32) -> f32 {
         let Search { goal, slack, .. } = self.search;
+        if goal == Search::NO_NODE {
+            return 0.0;
+        }
         match self.search.landmarks.filter(|_| !self.search.reverse) {
             Some(landmarks) => (1.0 + slack) * landmarks.least_secs(node, goal),
             None => {

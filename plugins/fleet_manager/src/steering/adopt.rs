@@ -57,7 +57,9 @@ impl Steering {
     /// Revokes the grants of a robot whose command was refused. The robot is stopped, and then
     /// claims only its place.
     pub fn take_back(&mut self, robot: u32) {
-        if self.robot(robot).is_some() {
+        if let Some(state) = self.robot_mut(robot) {
+            // A frame doesn't tell in which gear a robot drove that stands on an edge.
+            state.is_backing = !state.is_backing;
             self.adopt(robot);
         }
     }
@@ -71,9 +73,13 @@ impl Steering {
 
     /// Takes an idle robot over where it stands.
     fn take_over(&mut self, robot: u32, seen: &Seen) {
-        let Some((leg, place)) = self.locate(seen) else { return };
+        let Some((mut leg, mut place)) = self.locate(seen) else { return };
         let Some(state) = &mut self.robots[robot as usize] else { return };
         state.custody = Custody::Steered;
+        let edge = self.roads.edge(leg.edge());
+        if state.is_backing && place < edge.length && edge.reverse_speed > 0.0 {
+            (leg, place) = (Leg::new(leg.edge(), true), edge.length - place);
+        }
         let stance = Stretch::at(leg, place);
         self.claims.seize(&self.roads, robot, state.class.footprint, stance);
     }

@@ -3,7 +3,7 @@
 use super::{Command, Steering};
 use crate::claims::Stretch;
 use crate::roads::Leg;
-use crate::traffic::{Blocker, Extension, LEAST};
+use crate::traffic::{Blocker, Extension, LEAST, Traffic};
 
 /// The excess length of an extension in metres. Without it, there would be an extension in every
 /// cycle.
@@ -41,7 +41,20 @@ impl Steering {
     }
 
     fn extend_base(&mut self, robot: u32) {
-        self.turn_back(robot);
+        let turned = self.turn_back(robot);
+        let grants = self.counts.grants;
+        self.try_to_extend(robot);
+        // The producer doesn't know of the turn before the leg is released.
+        if self.counts.grants == grants
+            && let Some((leg, stretch)) = turned
+            && let Some(state) = &mut self.robots[robot as usize]
+        {
+            state.horizon.push_front(leg);
+            self.claims.seize(&self.roads, robot, state.class.footprint, stretch);
+        }
+    }
+
+    fn try_to_extend(&mut self, robot: u32) {
         let Some(state) = &self.robots[robot as usize] else { return };
         let speed =
             state.horizon.front().map_or(state.speed, |&leg| self.roads.speed(&state.class, leg));
@@ -87,8 +100,8 @@ impl Steering {
         }
     }
 
-    /// Claims an extension and commands it, unless that would close a ring of waiters: then it
-    /// returns the blocker that the robot would wait for.
+    /// Claims an extension and commands it, unless that would close a ring of waiters or the planner
+    /// doesn't admit it: then it returns the blocker that the robot waits for.
     fn grant(&mut self, robot: u32, extension: &Extension) -> Option<Blocker> {
         let claimed = self.claims.of(robot).len();
         let claimed_to = self.claims.end(robot).map_or(0.0, |end| end.to);
@@ -97,9 +110,7 @@ impl Steering {
         }
         let state = self.robots[robot as usize].as_mut()?;
         let entered: Vec<Leg> = state.horizon.drain(..extension.legs).collect();
-        if self.settings.ring_guard
-            && let Some(blocker) = self.closes_ring(robot)
-        {
+        if let Some(blocker) = self.objection(robot, extension) {
             if let Some(state) = &mut self.robots[robot as usize] {
                 for leg in entered.into_iter().rev() {
                     state.horizon.push_front(leg);
@@ -125,6 +136,23 @@ impl Steering {
         None
     }
 
+    /// Returns the robot for which a robot has to wait instead of keeping the extension that it has
+    /// just claimed.
+    fn objection(&mut self, robot: u32, extension: &Extension) -> Option<Blocker> {
+        if self.settings.ring_guard
+            && let Some(blocker) = self.closes_ring(robot)
+        {
+            return Some(blocker);
+        }
+        // Not `self.traffic()`, which would borrow the planner, too.
+        let Self { roads, claims, robots, closures, now, .. } = self;
+        let (closed, stub_guard) = (&closures.legs, self.settings.stub_guard);
+        let traffic = Traffic { roads, claims, robots, closed, stub_guard, now: *now };
+        let other = self.planner.objection(&traffic, robot)?;
+        let edge = extension.stretches.iter().find_map(|stretch| stretch.leg).map_or(0, Leg::edge);
+        Some(Blocker { robot: other, edge })
+    }
+
     /// Records the blocker of a robot, and since when it waits.
     fn note(&mut self, robot: u32, extension: &Extension) {
         let now = self.now;
@@ -136,20 +164,22 @@ impl Steering {
     }
 
     /// Lets a robot that stands at the end of an edge, and goes back along it in the other gear,
-    /// claim it as that leg.
-    fn turn_back(&mut self, robot: u32) {
-        let Some(state) = &mut self.robots[robot as usize] else { return };
+    /// claim it as that leg. Returns the leg, and what it claimed before.
+    fn turn_back(&mut self, robot: u32) -> Option<(Leg, Stretch)> {
+        let state = self.robots[robot as usize].as_mut()?;
         let claim = self.claims.of(robot);
-        let (Some(&next), Some(&only)) = (state.horizon.front(), claim.front()) else { return };
+        let (&next, &only) = (state.horizon.front()?, claim.front()?);
         let stands = claim.len() == 1 && state.speed == 0.0 && only.to - only.from < LEAST;
         let at_end = only.to >= self.roads.edge(next.edge()).length - LEAST;
-        if stands && at_end && only.track == next.edge() && only.leg != Some(next) {
-            state.horizon.pop_front();
-            let length = self.roads.edge(next.edge()).length;
-            let back =
-                Stretch { leg: Some(next), from: length - only.to, to: length - only.to, ..only };
-            self.claims.seize(&self.roads, robot, state.class.footprint, back);
+        if !stands || !at_end || only.track != next.edge() || only.leg == Some(next) {
+            return None;
         }
+        state.horizon.pop_front();
+        let length = self.roads.edge(next.edge()).length;
+        let back =
+            Stretch { leg: Some(next), from: length - only.to, to: length - only.to, ..only };
+        self.claims.seize(&self.roads, robot, state.class.footprint, back);
+        Some((next, only))
     }
 }
 

@@ -135,6 +135,8 @@ pub struct Robot {
     pub planned: f64,
     /// When it was sent to its goal, in simulated seconds.
     pub(crate) sent: f64,
+    /// Whether it is taken to drive in reverse gear if it is taken over on an edge.
+    pub(crate) is_backing: bool,
     /// Whether it hasn't driven since it was sent to its goal.
     pub(crate) is_fresh: bool,
     /// The blocker of a standing robot, and the version of its claim. Until the version changes,
@@ -160,6 +162,7 @@ impl Robot {
             blocked_by: None,
             sent: now,
             is_fresh: true,
+            is_backing: false,
             planned: now,
         }
     }

@@ -1,0 +1,111 @@
+//! The legs that a standing robot blocks.
+
+use std::collections::BTreeMap;
+
+use crate::claims::Stretch;
+use crate::roads::{Leg, Relation, Roads};
+
+/// The number of something that a robot can be in the way of: a leg, or the place of a node where
+/// robots turn on the spot.
+pub type Key = u32;
+
+/// Returns the key of the place of a node where robots turn on the spot.
+pub fn disc_key(roads: &Roads, node: u32) -> Key {
+    2 * roads.edges().len() as u32 + node
+}
+
+/// Returns the number of keys.
+pub fn key_count(roads: &Roads) -> usize {
+    2 * roads.edges().len() + roads.nodes() as usize
+}
+
+/// What robots block that stand at the ends of legs; computed on demand.
+#[derive(Debug, Default)]
+pub struct Blocks {
+    /// By footprint and leg.
+    at_ends: BTreeMap<(usize, Leg), Box<[Key]>>,
+}
+
+impl Blocks {
+    /// Returns all that a robot blocks that stands at a place: the legs that no other robot can
+    /// drive from end to end, and the nodes where none can turn. In ascending order.
+    pub fn of(&mut self, roads: &Roads, footprint: usize, place: &Stretch) -> Vec<Key> {
+        match place.leg.filter(|leg| place.to >= roads.edge(leg.edge()).length) {
+            Some(leg) => self.at_end(roads, footprint, leg).to_vec(),
+            None => blocked(roads, footprint, place),
+        }
+    }
+
+    /// The same for a robot at the end of a leg.
+    pub fn at_end(&mut self, roads: &Roads, footprint: usize, leg: Leg) -> &[Key] {
+        self.at_ends.entry((footprint, leg)).or_insert_with(|| {
+            let end = Stretch::at(leg, roads.edge(leg.edge()).length);
+            blocked(roads, footprint, &end).into_boxed_slice()
+        })
+    }
+}
+
+fn blocked(roads: &Roads, footprint: usize, place: &Stretch) -> Vec<Key> {
+    let mut keys = Vec::new();
+    add_track(roads, place.track, &mut keys);
+    let s = metres_from_origin(roads, place);
+    let length = roads.conflicts().length(place.track);
+    for other in 0..roads.footprints().len() {
+        for (track, relation) in roads.conflicts().of(footprint, other, place.track) {
+            let touches = match relation {
+                Relation::Crossing { own, .. } => own.contains(s),
+                Relation::Into(apart) => length - s < apart,
+                Relation::From(apart) => s < apart,
+            };
+            if touches {
+                add_track(roads, track, &mut keys);
+            }
+        }
+    }
+    keys.sort_unstable();
+    keys.dedup();
+    keys
+}
+
+/// Adds both legs of an edge, or the place of a node.
+fn add_track(roads: &Roads, track: u32, keys: &mut Vec<Key>) {
+    match track.checked_sub(roads.edges().len() as u32) {
+        Some(node) => keys.push(disc_key(roads, node)),
+        None => keys.extend([2 * track, 2 * track + 1]),
+    }
+}
+
+/// The end of a stretch, in metres from the origin of its edge.
+fn metres_from_origin(roads: &Roads, stretch: &Stretch) -> f32 {
+    match stretch.leg {
+        Some(leg) if leg.is_reverse() => roads.edge(leg.edge()).length - stretch.to,
+        _ => stretch.to,
+    }
+}
+
+/// Whether a robot that stands at `place` is in the way of one that drives on along a leg to its
+/// end, `from` metres from where the leg is entered. Both are given with their footprints.
+pub fn blocks_rest(
+    roads: &Roads,
+    (footprint, leg, from): (usize, Leg, f32),
+    (other, place): (usize, &Stretch),
+) -> bool {
+    let length = roads.edge(leg.edge()).length;
+    let along = |s: f32| if leg.is_reverse() { length - s } else { s };
+    let s = metres_from_origin(roads, place);
+    if place.track == leg.edge() {
+        return along(s) >= from;
+    }
+    let other_length = roads.conflicts().length(place.track);
+    roads.conflicts().of(footprint, other, leg.edge()).any(|(track, relation)| {
+        track == place.track
+            && match relation {
+                Relation::Crossing { own, other } => {
+                    other.contains(s) && along(own.low).max(along(own.high)) >= from
+                }
+                // Ahead, where this leg leads into the other one's edge.
+                Relation::Into(apart) => !leg.is_reverse() && s < apart,
+                Relation::From(apart) => leg.is_reverse() && other_length - s < apart,
+            }
+    })
+}

@@ -1,0 +1,221 @@
+//! States of the traffic, and whether all robots can come to rest from there.
+//!
+//! A state is *completable* if the robots can drive to the ends of their committed ways one at a
+//! time, each past the others as they stand. That is the Banker's algorithm: E. Dijkstra, 1965; for
+//! vehicles on guidepaths, S. Reveliotis: Conflict resolution in AGV systems, 2000. A standstill
+//! can't come about while every state is completable.
+
+use super::blocks::{Blocks, Key, blocks_rest, disc_key, key_count};
+use crate::claims::Stretch;
+use crate::roads::{Leg, Roads};
+
+/// The largest number of orders in which robots are tried to drive in steps.
+const MOST_ORDERS: usize = 4;
+
+/// A robot in a state.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// The robot.
+    pub robot: u32,
+    footprint: usize,
+    turns: bool,
+    /// Where its base ends: it stands there until it drives on.
+    place: Stretch,
+    /// All that it blocks there.
+    blocked: Vec<Key>,
+    /// The legs of its committed way behind the leg that it is on; `None` if it has none, and stays.
+    ahead: Option<Vec<Leg>>,
+}
+
+/// The places of all robots, and their ways.
+#[derive(Debug)]
+pub struct State {
+    members: Vec<Member>,
+    /// By key: how many robots block it.
+    counts: Vec<u16>,
+}
+
+impl State {
+    /// Makes the state without robots.
+    pub fn new(roads: &Roads) -> Self {
+        Self { members: Vec::new(), counts: vec![0; key_count(roads)] }
+    }
+
+    /// Takes all robots away.
+    pub fn clear(&mut self) {
+        for member in self.members.drain(..) {
+            for key in member.blocked {
+                self.counts[key as usize] -= 1;
+            }
+        }
+    }
+
+    /// Adds a robot of a footprint, that turns on the spot or doesn't, at a place; with the legs of
+    /// its committed way behind the leg that it is on, if it has one.
+    pub fn add(
+        &mut self,
+        roads: &Roads,
+        blocks: &mut Blocks,
+        robot: u32,
+        (footprint, turns): (usize, bool),
+        place: Stretch,
+        ahead: Option<Vec<Leg>>,
+    ) {
+        let blocked = blocks.of(roads, footprint, &place);
+        for &key in &blocked {
+            self.counts[key as usize] += 1;
+        }
+        self.members.push(Member { robot, footprint, turns, place, blocked, ahead });
+    }
+
+    /// Lets the robots drive to their ends, one at a time. Returns those that can't, in ascending
+    /// order: none if the state is completable. Afterwards each robot is where it came to.
+    ///
+    /// Where none can drive all of its way, one of them drives on to where none of the others is to
+    /// come towards it. Which one is tried in some orders only: a state may be completable all the
+    /// same.
+    pub fn complete(&mut self, roads: &Roads, blocks: &mut Blocks) -> Vec<u32> {
+        let mut open: Vec<usize> = (0..self.members.len())
+            .filter(|&index| !self.members[index].is_at_end(roads))
+            .collect();
+        self.complete_ways(roads, blocks, &mut open);
+        if open.is_empty() {
+            return Vec::new();
+        }
+        let (members, counts) = (self.members.clone(), self.counts.clone());
+        let mut stuck = self.complete_in_steps(roads, blocks, open.clone());
+        for _ in 1..open.len().min(MOST_ORDERS) {
+            if stuck.is_empty() {
+                break;
+            }
+            open.rotate_left(1);
+            self.members.clone_from(&members);
+            self.counts.clone_from(&counts);
+            stuck = self.complete_in_steps(roads, blocks, open.clone());
+        }
+        stuck
+    }
+
+    /// Completes the state with robots that drive in steps where none can drive all of its way:
+    /// the first ones first. Returns those that can't come to their ends, in ascending order.
+    fn complete_in_steps(
+        &mut self,
+        roads: &Roads,
+        blocks: &mut Blocks,
+        mut open: Vec<usize>,
+    ) -> Vec<u32> {
+        while !open.is_empty() && self.step(roads, blocks, &open) {
+            self.complete_ways(roads, blocks, &mut open);
+        }
+        let mut stuck: Vec<u32> = open.into_iter().map(|index| self.members[index].robot).collect();
+        stuck.sort_unstable();
+        stuck
+    }
+
+    /// Puts all robots at their ends that can drive there past the others, again and again.
+    fn complete_ways(&mut self, roads: &Roads, blocks: &mut Blocks, open: &mut Vec<usize>) {
+        loop {
+            let before = open.len();
+            open.retain(|&index| {
+                let ahead = self.members[index].ahead.as_deref().unwrap_or_default();
+                let is_free = self.is_free(roads, index, ahead);
+                if is_free {
+                    let count = ahead.len();
+                    self.drive(roads, blocks, index, count);
+                }
+                !is_free
+            });
+            if open.is_empty() || open.len() == before {
+                return;
+            }
+        }
+    }
+
+    /// Lets the first robot that can drive on to where none of the others is to come towards it.
+    /// Returns whether one could.
+    fn step(&mut self, roads: &Roads, blocks: &mut Blocks, open: &[usize]) -> bool {
+        let mut is_driven = vec![false; 2 * roads.edges().len()];
+        for &index in open {
+            for leg in self.members[index].ahead.iter().flatten() {
+                is_driven[leg.index()] = true;
+            }
+        }
+        let is_opposed = |leg: &Leg| {
+            let (start, end) = (roads.start(*leg), roads.end(*leg));
+            let mut back = roads.exits(end).iter().filter(|&&leg| roads.end(leg) == start);
+            back.any(|leg| is_driven[leg.index()])
+        };
+        for &index in open {
+            let Some(ahead) = self.members[index].ahead.as_deref() else { continue };
+            let after_first = ahead.iter().skip(1).position(|leg| !is_opposed(leg));
+            let Some(count) = after_first.map(|count| count + 1) else { continue };
+            if self.is_free(roads, index, &ahead[..count]) {
+                self.drive(roads, blocks, index, count);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether no other robot stands on these legs of a robot's way, nor on the leg before.
+    fn is_free(&self, roads: &Roads, index: usize, legs: &[Leg]) -> bool {
+        let member = &self.members[index];
+        let is_free = |key: Key| match self.counts[key as usize] {
+            0 => true,
+            1 => member.blocked.binary_search(&key).is_ok(),
+            _ => false,
+        };
+        let mut before = member.place.leg;
+        for &leg in legs {
+            let turn = before.filter(|&before| member.turns && roads.is_turn(before, leg));
+            let turns_freely = turn.is_none() || is_free(disc_key(roads, roads.start(leg)));
+            if !turns_freely || !is_free(leg.index() as Key) {
+                return false;
+            }
+            before = Some(leg);
+        }
+        self.is_rest_free(roads, index)
+    }
+
+    /// Whether no other robot stands on the rest of the leg that a robot is on.
+    fn is_rest_free(&self, roads: &Roads, index: usize) -> bool {
+        let member = &self.members[index];
+        let Some(leg) = member.place.leg else { return true };
+        let from = member.place.to;
+        if from >= roads.edge(leg.edge()).length || self.counts[leg.index()] <= 1 {
+            return true;
+        }
+        let mut others = self.members.iter().filter(|other| other.robot != member.robot);
+        !others.any(|other| {
+            other.blocked.binary_search(&(leg.index() as Key)).is_ok()
+                && blocks_rest(
+                    roads,
+                    (member.footprint, leg, from),
+                    (other.footprint, &other.place),
+                )
+        })
+    }
+
+    /// Lets a robot drive along the next legs of its way.
+    fn drive(&mut self, roads: &Roads, blocks: &mut Blocks, index: usize, count: usize) {
+        let member = &mut self.members[index];
+        let driven = member.ahead.as_mut().map(|ahead| ahead.drain(..count).next_back());
+        let Some(last) = driven.flatten().or(member.place.leg) else { return };
+        for &key in &member.blocked {
+            self.counts[key as usize] -= 1;
+        }
+        member.place = Stretch::at(last, roads.edge(last.edge()).length);
+        member.blocked = blocks.at_end(roads, member.footprint, last).to_vec();
+        for &key in &member.blocked {
+            self.counts[key as usize] += 1;
+        }
+    }
+}
+
+impl Member {
+    fn is_at_end(&self, roads: &Roads) -> bool {
+        let is_on_leg =
+            self.place.leg.is_some_and(|leg| self.place.to < roads.edge(leg.edge()).length);
+        self.ahead.as_ref().is_none_or(|ahead| ahead.is_empty() && !is_on_leg)
+    }
+}
