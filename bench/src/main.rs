@@ -2,6 +2,7 @@
 //! `regatta`. Every command writes Markdown and JSON; `management` also draws an SVG plot.
 
 mod management;
+mod plants;
 mod runs;
 mod study;
 mod udp;
@@ -30,6 +31,8 @@ struct Cli {
 enum Command {
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),
+    /// Measure planners of the fleet manager on many plants: throughput, standstills, contacts.
+    Plants(plants::PlantsArgs),
     /// Measure single runs of studies: in one process, and as processes.
     Runs(runs::RunsArgs),
     /// Measure studies: a hundred runs, the knee of a warehouse, and whether they repeat.
@@ -73,6 +76,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     };
     match &cli.command {
         Command::Management(args) => management::run(&program, args),
+        Command::Plants(args) => plants::run(&program, args),
         Command::Runs(args) => runs::run(&program, args),
         Command::Study(args) => study::run(&program, args),
         Command::Udp(args) => udp::run(&program, args),

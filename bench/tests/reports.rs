@@ -81,6 +81,11 @@ fn options_out_of_range_are_refused_before_anything_is_measured() {
         (["management", "--duration", "39"], "give 40 s to 7 days"),
         (["management", "--rate", "9"], "10..=1000"),
         (["management", "--only", "rest"], "possible values"),
+        (["plants", "--seeds", "1"], "2..=1000"),
+        (["plants", "--planners", "lanes,lanes"], "give it once"),
+        (["plants", "--planners", "lanes,tram"], "unknown planner 'tram'"),
+        (["plants", "--only", "atlantis"], "no plant has such a name"),
+        (["plants", "--layouts", "/no/plants"], "/no/plants: can't read"),
     ] {
         let output = report(folder.path(), &args);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -135,6 +140,29 @@ fn the_fleet_manager_is_measured_without_contacts() {
     }
     let rows = text.lines().filter(|line| line.starts_with("| 12 | ")).count();
     assert_eq!(rows, 2 + 6 + 4 + 1, "{text}");
+}
+
+/// A plant that holds eight robots, and a layout that the program refuses.
+#[test]
+fn planners_are_measured_on_plants() {
+    let (folder, site) =
+        (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+    fs::write(site.path().join("broken.yaml"), "Vertices: []\n").expect("it is written");
+    let layouts = ["--layouts", site.path().to_str().expect("a path"), "--only", "square,broken"];
+    let sizes = ["--robots", "16,2", "--seeds", "2", "--minutes", "2", "--planners", "pibt,lanes"];
+    let output = report(folder.path(), &[&["plants"], &layouts[..], &sizes[..]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(folder.path()), ["plants.json", "plants.md"]);
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("plants.json")).expect("readable"))
+            .expect("JSON");
+    let runs = json["plants"][0]["runs"].as_array().expect("runs");
+    assert_eq!(runs.len(), 2 * 2, "{json:#}");
+    assert!(runs.iter().all(|run| run["robots"] == 2 && run["contacts"] == 0), "{json:#}");
+    let refused = json["refused"].as_array().expect("a list");
+    assert!(refused.len() == 1 && refused[0]["reason"].as_str() > Some(""), "{json:#}");
+    let text = String::from_utf8(output.stdout).expect("Markdown");
+    assert!(text.contains("| graphs/square.yaml | pibt | ") && text.contains(" | – | "), "{text}");
 }
 
 /// No contact is found in runs that didn't take place.
