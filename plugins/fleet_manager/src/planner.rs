@@ -123,16 +123,16 @@ pub enum PlannerKind {
     /// The one of the others that suits the roads and the number of robots
     #[default]
     Auto,
+    /// Committed ways to rest places; for roads that are driven both ways, with dead ends
+    Committed,
     /// The fastest way, with the time added that others lose on it; for roads whose lanes are
     /// driven one way
     Lanes,
-    /// Time-enhanced A*: whole paths in time layers; for some tens of robots
-    Tea,
     /// Priority inheritance with backtracking: from place to place; where opposing traffic shares
     /// one track
     Pibt,
-    /// Committed ways to rest places; for roads that are driven both ways, with dead ends
-    Committed,
+    /// Time-enhanced A*: whole paths in time layers; for some tens of robots
+    Tea,
 }
 
 impl PlannerKind {

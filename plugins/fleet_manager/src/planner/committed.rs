@@ -123,7 +123,8 @@ impl Committed {
                 (Some(state), Some((last, node))) => {
                     let is_on = some.advance(last);
                     let next = some.way.first().map_or(some.end, |&leg| traffic.roads.start(leg));
-                    is_on && next == node && is_able(state)
+                    let is_open = !some.way.iter().any(|&leg| traffic.is_closed(leg));
+                    is_on && is_open && next == node && is_able(state)
                 }
                 _ => false,
             };
