@@ -185,7 +185,7 @@ impl Committed {
     /// broken down or lost their ways: they have to find other ways.
     fn drop_stuck(&mut self, traffic: &Traffic<'_>) {
         self.set_state(traffic, None);
-        for robot in self.state.complete(traffic.roads, &mut self.blocks) {
+        for robot in self.state.complete(traffic.roads, &mut self.blocks, None) {
             self.commitments[robot as usize] = None;
             self.counts.dropped += 1;
         }
@@ -231,7 +231,7 @@ impl Planner for Committed {
             return None;
         }
         self.set_state(traffic, None);
-        let stuck = self.state.complete(traffic.roads, &mut self.blocks);
+        let stuck = self.state.complete(traffic.roads, &mut self.blocks, Some(robot));
         self.counts.refusals += u64::from(!stuck.is_empty());
         stuck.iter().copied().find(|other| *other != robot).or(stuck.first().copied())
     }

@@ -24,6 +24,6 @@ fn one_way_streets_get_lanes_unless_robots_crowd_short_blocks() {
     let (long, short) = (worlds::streets(6, 8.0, true), worlds::streets(6, 3.0, true));
     assert!(two_way_share(&Roads::new(&long.view(1, 1))) < 0.01);
     assert!(chosen(&long, 20).contains("planner: Lanes"));
-    assert!(chosen(&short, 4).contains("planner: Lanes"));
+    assert!(chosen(&short, 3).contains("planner: Lanes"));
     assert!(chosen(&short, 20).contains("planner: Pibt"));
 }

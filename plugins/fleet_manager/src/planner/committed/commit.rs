@@ -149,13 +149,13 @@ impl Committed {
         let Some(&end) = traffic.claims.end(robot) else { return false };
         let place = Stretch { from: end.to, ..end };
         self.set_state(traffic, Some((robot, place, &way)));
-        if !self.state.complete(traffic.roads, &mut self.blocks).is_empty() {
+        if !self.state.complete(traffic.roads, &mut self.blocks, Some(robot)).is_empty() {
             return false;
         }
         if let Some((&first, rest)) = way.split_first() {
             let place = Stretch::at(first, traffic.roads.edge(first.edge()).length);
             self.set_state(traffic, Some((robot, place, rest)));
-            if !self.state.complete(traffic.roads, &mut self.blocks).is_empty() {
+            if !self.state.complete(traffic.roads, &mut self.blocks, Some(robot)).is_empty() {
                 return false;
             }
         }

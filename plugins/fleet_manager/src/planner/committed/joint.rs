@@ -58,7 +58,7 @@ impl Committed {
         }
         if stuck.is_empty() {
             self.set_state(traffic, None);
-            stuck = self.state.complete(traffic.roads, &mut self.blocks);
+            stuck = self.state.complete(traffic.roads, &mut self.blocks, None);
         }
         if !stuck.is_empty() {
             for (&robot, before) in robots.iter().zip(before) {

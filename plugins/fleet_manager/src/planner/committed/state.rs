@@ -10,7 +10,7 @@ use crate::claims::Stretch;
 use crate::roads::{Leg, Roads};
 
 /// The largest number of orders in which robots are tried to drive in steps.
-const MOST_ORDERS: usize = 4;
+const MOST_ORDERS: usize = 8;
 
 /// A robot in a state.
 #[derive(Clone, Debug)]
@@ -72,15 +72,20 @@ impl State {
     /// order: none if the state is completable. Afterwards each robot is where it came to.
     ///
     /// Where none can drive all of its way, one of them drives on to where none of the others is to
-    /// come towards it. Which one is tried in some orders only: a state may be completable all the
-    /// same.
-    pub fn complete(&mut self, roads: &Roads, blocks: &mut Blocks) -> Vec<u32> {
+    /// come towards it. Which one is tried in some orders only, beginning with `first`: a state may
+    /// be completable all the same. A robot that has driven a part of such a step is to be the
+    /// first, so that what was found before is found again.
+    pub fn complete(&mut self, roads: &Roads, blocks: &mut Blocks, first: Option<u32>) -> Vec<u32> {
         let mut open: Vec<usize> = (0..self.members.len())
             .filter(|&index| !self.members[index].is_at_end(roads))
             .collect();
         self.complete_ways(roads, blocks, &mut open);
         if open.is_empty() {
             return Vec::new();
+        }
+        let is_first = |index: &usize| Some(self.members[*index].robot) == first;
+        if let Some(position) = open.iter().position(is_first) {
+            open.rotate_left(position);
         }
         let (members, counts) = (self.members.clone(), self.counts.clone());
         let mut stuck = self.complete_in_steps(roads, blocks, open.clone());
