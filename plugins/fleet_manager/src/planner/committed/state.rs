@@ -152,8 +152,10 @@ impl State {
         };
         for &index in open {
             let Some(ahead) = self.members[index].ahead.as_deref() else { continue };
-            let after_first = ahead.iter().skip(1).position(|leg| !is_opposed(leg));
-            let Some(count) = after_first.map(|count| count + 1) else { continue };
+            // A robot on a leg may stop at its end; another one has to drive at least one leg.
+            let least = usize::from(!self.members[index].is_on_leg(roads));
+            let after = ahead.iter().skip(least).position(|leg| !is_opposed(leg));
+            let Some(count) = after.map(|count| count + least) else { continue };
             if self.is_free(roads, index, &ahead[..count]) {
                 self.drive(roads, blocks, index, count);
                 return true;
@@ -219,8 +221,12 @@ impl State {
 
 impl Member {
     fn is_at_end(&self, roads: &Roads) -> bool {
-        let is_on_leg =
-            self.place.leg.is_some_and(|leg| self.place.to < roads.edge(leg.edge()).length);
-        self.ahead.as_ref().is_none_or(|ahead| ahead.is_empty() && !is_on_leg)
+        let ahead = self.ahead.as_ref();
+        ahead.is_none_or(|ahead| ahead.is_empty() && !self.is_on_leg(roads))
+    }
+
+    /// Whether it stands on a leg, and not at its end.
+    fn is_on_leg(&self, roads: &Roads) -> bool {
+        self.place.leg.is_some_and(|leg| self.place.to < roads.edge(leg.edge()).length)
     }
 }
