@@ -71,7 +71,7 @@ impl Committed {
     /// The robot without a way to its goal that has waited for one the longest, if that is too
     /// long.
     pub(super) fn starved(&self, traffic: &Traffic<'_>, due: &[(f64, u32)]) -> Option<u32> {
-        let mut waiting = due.iter().filter(|(sent, _)| traffic.now - sent > STARVED_SECS);
+        let mut waiting = due.iter().filter(|(sent, _)| goes_first(traffic.now - sent));
         let found = waiting.find(|(_, robot)| {
             traffic.robot(*robot).is_some_and(|state| !self.goes_to_goal(*robot, state))
         });
@@ -242,4 +242,10 @@ impl Committed {
             self.take(traffic, &start, way, (0, None), plans);
         }
     }
+}
+
+/// Whether others let a robot without a way go first that has waited for so many seconds: by turns,
+/// as it may get no way at all.
+fn goes_first(waited_secs: f64) -> bool {
+    waited_secs % (2.0 * STARVED_SECS) > STARVED_SECS
 }
