@@ -52,7 +52,7 @@ pub struct PlantsArgs {
     jobs: Option<NonZeroUsize>,
 }
 
-/// What is measured on each plant.
+/// The measurements of each plant.
 struct Plan {
     /// In ascending order.
     robots: Vec<u32>,

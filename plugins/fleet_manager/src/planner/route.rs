@@ -103,23 +103,13 @@ impl Router {
         search: Search<'_>,
         cost: impl FnMut(Leg) -> Option<f32>,
     ) -> Option<Vec<Leg>> {
-        self.route_to(roads, class, search, cost, |node| node == search.goal)
+        self.nearest(roads, class, search, cost, |node| node == search.goal)
     }
 
-    /// Returns the legs of the fastest route to the nearest node that is a goal; `None` if there is
-    /// none. The goal of the search has to be [`NO_NODE`](Search::NO_NODE).
+    /// Returns the legs of the fastest route to the nearest node that is a goal, as
+    /// [`route`](Self::route) does. The estimate of a search for several goals has to be
+    /// [none](Search::NO_NODE).
     pub fn nearest(
-        &mut self,
-        roads: &Roads,
-        class: &RobotClass,
-        search: Search<'_>,
-        cost: impl FnMut(Leg) -> Option<f32>,
-        is_goal: impl Fn(u32) -> bool,
-    ) -> Option<Vec<Leg>> {
-        self.route_to(roads, class, search, cost, is_goal)
-    }
-
-    fn route_to(
         &mut self,
         roads: &Roads,
         class: &RobotClass,

@@ -19,7 +19,7 @@ pub fn key_count(roads: &Roads) -> usize {
     2 * roads.edges().len() + roads.nodes() as usize
 }
 
-/// What robots block that stand at the ends of legs; computed on demand.
+/// The keys that robots block which stand at the ends of legs, computed on demand.
 #[derive(Debug, Default)]
 pub struct Blocks {
     /// By footprint and leg.

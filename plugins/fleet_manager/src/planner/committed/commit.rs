@@ -48,7 +48,7 @@ impl Committed {
         self.commit_part(traffic, &start, &way, &scene, plans)
     }
 
-    /// Commits a robot to a part of its way that others block who have no way themselves, and asks
+    /// Commits a robot to a part of its way, which robots without ways block, and asks
     /// them to make room. Returns whether it has a part.
     pub(super) fn commit_past(
         &mut self,
@@ -191,8 +191,13 @@ impl Committed {
         if is_free(from.node) {
             return Some(Vec::new());
         }
-        let cost = |leg| scene.cost(leg).filter(|_| !traffic.is_closed(leg));
-        router.nearest(traffic.roads, &state.class, from.search(Search::NO_NODE), cost, is_free)
+        router.nearest(
+            traffic.roads,
+            &state.class,
+            from.search(Search::NO_NODE),
+            |leg| scene.cost(leg),
+            is_free,
+        )
     }
 
     /// Returns the way to the nearest rest place that nobody else takes.
@@ -204,7 +209,6 @@ impl Committed {
         scene: &Scene,
     ) -> Option<Vec<Leg>> {
         let Self { router, rests, .. } = self;
-        let cost = |leg| scene.cost(leg).filter(|_| !traffic.is_closed(leg));
         let search = start.search(Search::NO_NODE);
         for wanted_too in [false, true] {
             let is_free = |node: u32| {
@@ -214,7 +218,8 @@ impl Committed {
             if is_free(start.node) {
                 return Some(Vec::new());
             }
-            let way = router.nearest(traffic.roads, &state.class, search, cost, is_free);
+            let way =
+                router.nearest(traffic.roads, &state.class, search, |leg| scene.cost(leg), is_free);
             if way.is_some() {
                 return way;
             }
@@ -233,8 +238,7 @@ impl Committed {
         if start.node == goal {
             return Some(Vec::new());
         }
-        let cost = |leg| scene.cost(leg).filter(|_| !traffic.is_closed(leg));
-        self.router.route(traffic.roads, &state.class, start.search(goal), cost)
+        self.router.route(traffic.roads, &state.class, start.search(goal), |leg| scene.cost(leg))
     }
 
     /// Returns the way that there would be if no other robot were on the roads.
@@ -263,7 +267,7 @@ impl Committed {
     }
 }
 
-/// Where a way starts.
+/// The start of a way.
 #[derive(Clone, Copy)]
 pub struct Start {
     pub robot: u32,

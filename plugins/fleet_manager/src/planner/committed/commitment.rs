@@ -9,7 +9,7 @@ pub struct Commitment {
     pub from: Leg,
     /// The legs from there to its end.
     pub way: Vec<Leg>,
-    /// How many of them lead to where it is sent; the others are driven only if it has to leave.
+    /// The number of them that it is sent along; it drives the others only if it has to leave.
     pub sent: usize,
     /// The rest place where it ends.
     pub end: u32,

@@ -156,14 +156,21 @@ impl Committed {
         let start = Start { robot, last, node };
         let has_room = self.has_room(traffic, &scene);
         let Self { router, rests, lay_bys, .. } = self;
-        let cost = |leg| scene.cost(leg).filter(|_| !traffic.is_closed(leg));
         let is_free = |node: u32| node != start.node && !scene.is_taken[node as usize];
         let search = start.search(Search::NO_NODE);
         for wanted_too in [false, true] {
-            let aside = router.nearest(traffic.roads, &state.class, search, cost, |node| {
-                let is_good = is_free(node) && !avoided.contains(&node);
-                rests.contains(node) && is_good && (wanted_too || !scene.is_wanted[node as usize])
-            });
+            let aside = router.nearest(
+                traffic.roads,
+                &state.class,
+                search,
+                |leg| scene.cost(leg),
+                |node| {
+                    let is_good = is_free(node) && !avoided.contains(&node);
+                    rests.contains(node)
+                        && is_good
+                        && (wanted_too || !scene.is_wanted[node as usize])
+                },
+            );
             if aside.is_some() {
                 return aside;
             }
@@ -171,9 +178,13 @@ impl Committed {
         if !has_room {
             return None;
         }
-        router.nearest(traffic.roads, &state.class, search, cost, |node| {
-            lay_bys.contains(node) && is_free(node)
-        })
+        router.nearest(
+            traffic.roads,
+            &state.class,
+            search,
+            |leg| scene.cost(leg),
+            |node| lay_bys.contains(node) && is_free(node),
+        )
     }
 
     /// Lets a robot that can't go to its goal yet drive to the end of its way, where it is in

@@ -1,4 +1,4 @@
-//! What a search for a way has to respect.
+//! The constraints of a search for a way.
 
 use super::Committed;
 use super::blocks::key_count;
@@ -11,9 +11,9 @@ const STANDING_SECS: f32 = 5.0;
 /// seconds.
 const OPPOSING_SECS: f32 = 3.0;
 
-/// What a search for a way has to respect.
+/// The constraints of a search for a robot's way, made by the other robots and by closures.
 pub struct Scene {
-    /// By key: whether a robot without a way blocks it.
+    /// By key: whether it is closed, or a robot without a way blocks it.
     pub is_blocked: Vec<bool>,
     /// By key: whether a robot that drives on blocks it, or a way ends there.
     pub is_slow: Vec<bool>,
@@ -37,8 +37,9 @@ impl Scene {
 }
 
 impl Committed {
-    /// Collects what the way of a robot has to respect.
-    /// Those without a way block it for good, but not those that are `released`: they are going to
+    /// Collects the constraints of a robot's way.
+    ///
+    /// Robots without a way block it for good, but not those that are `released`: they are going to
     /// get one, too.
     pub(super) fn scene(&mut self, traffic: &Traffic<'_>, own: u32, released: &[u32]) -> Scene {
         let roads = traffic.roads;
@@ -50,6 +51,7 @@ impl Committed {
             is_taken: vec![false; roads.nodes() as usize],
             is_wanted: vec![false; roads.nodes() as usize],
         };
+        scene.is_blocked[..traffic.closed.len()].copy_from_slice(traffic.closed);
         for (robot, state) in traffic.robots().filter(|(robot, _)| *robot != own) {
             if let Some(goal) = state.goal() {
                 scene.is_wanted[goal as usize] = true;

@@ -19,7 +19,7 @@ pub struct Member {
     pub robot: u32,
     footprint: usize,
     turns: bool,
-    /// Where its base ends: it stands there until it drives on.
+    /// The end of its base: it stands there until it drives on.
     place: Stretch,
     /// All that it blocks there.
     blocked: Vec<Key>,
@@ -71,7 +71,7 @@ impl State {
     /// Lets the robots drive to their ends, one at a time. Returns those that can't, in ascending
     /// order: none if the state is completable. Afterwards each robot is where it came to.
     ///
-    /// Where none can drive all of its way, one of them drives on to where none of the others is to
+    /// If none can drive all of its way, one of them drives on to where none of the others is to
     /// come towards it. Which one is tried in some orders only, beginning with `first`: a state may
     /// be completable all the same. A robot that has driven a part of such a step is to be the
     /// first, so that what was found before is found again.
