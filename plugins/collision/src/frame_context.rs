@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::Vec2;
 use regatta_plugin::World;
 use regatta_plugin::frame::{Columns, RobotState};
+use regatta_plugin::world::Levels;
 
 use crate::body::Footprint;
 use crate::chunk::Chunk;
@@ -23,6 +24,7 @@ pub const MAX_DISTANCE: f32 = 1e6;
 #[derive(Debug)]
 pub(crate) struct WorldModel {
     legs: LegTable,
+    levels: Levels,
     /// Footprints by robot type; at least one.
     footprints: Vec<Footprint>,
     /// Limits by robot type.
@@ -40,7 +42,7 @@ impl WorldModel {
             .iter()
             .map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration))
             .collect();
-        Self { legs: LegTable::new(world), footprints, limits }
+        Self { legs: LegTable::new(world), levels: Levels::new(world), footprints, limits }
     }
 
     pub(crate) fn legs(&self) -> &LegTable {
@@ -183,6 +185,16 @@ impl FrameContext<'_> {
         if horizon > 0.0 {
             chunk.predict(self.world.legs(), horizon, |number, chunk| self.motion(number, chunk));
         }
+    }
+
+    /// Whether two robots aren't on different levels.
+    pub(crate) fn may_meet(&self, a: &PackedRobot, b: &PackedRobot) -> bool {
+        let levels = &self.world.levels;
+        if !levels.are_several() {
+            return true;
+        }
+        let [a, b] = [a, b].map(|robot| levels.of_edge(self.columns.edge[robot.id as usize]));
+        a.may_meet(b)
     }
 
     /// Returns the velocity of a robot, east and north, in metres per second.

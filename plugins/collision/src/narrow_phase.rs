@@ -146,7 +146,7 @@ fn push(
     (b, body_b): (&PackedRobot, &Body),
     observations: &mut Vec<PairObservation>,
 ) {
-    if criteria.any() {
+    if criteria.any() && context.may_meet(a, b) {
         observations.push(PairObservation {
             robots: [a.id, b.id],
             position: if criteria.may_touch() {

@@ -16,7 +16,7 @@ use glam::{Vec2, vec2};
 use regatta_base::rows::Rows;
 use regatta_plugin::World;
 use regatta_plugin::frame::NO_EDGE;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::world::{EdgeRecord, Levels, RobotTypeRecord, Shape};
 
 pub use self::cache::{CacheError, default_folder as default_cache_folder};
 use self::cache::{Reader, Writer};
@@ -105,6 +105,7 @@ pub struct Roads {
     nodes: u32,
     node_ids: Vec<u32>,
     positions: Vec<Vec2>,
+    levels: Levels,
     /// By node: the legs that leave it.
     exits: Rows<Leg>,
     /// By node: an edge that leads there, or [`NO_EDGE`].
@@ -152,6 +153,7 @@ impl Roads {
             nodes: world.nodes().len() as u32,
             node_ids: world.nodes().iter().map(|node| node.id).collect(),
             positions: world.nodes().iter().map(|node| vec2(node.x, node.y)).collect(),
+            levels: Levels::new(world),
             arrivals: arrivals(&edges, world.nodes().len()),
             exits: exits(&edges, world.nodes().len()),
             edges,
@@ -307,6 +309,15 @@ impl Roads {
     /// edges.
     pub fn disc(&self, node: u32) -> u32 {
         self.edges.len() as u32 + node
+    }
+
+    /// Whether robots on two tracks aren't on different levels.
+    fn may_meet(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a, b].map(|track| match track.checked_sub(self.edges.len() as u32) {
+            Some(node) => self.levels.of_node(node),
+            None => self.levels.of_edge(track),
+        });
+        a.may_meet(b)
     }
 
     fn turning_nodes(&self) -> Vec<u32> {

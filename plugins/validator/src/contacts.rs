@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::Vec2;
+use regatta_plugin::world::Level;
 
 use crate::findings::{Finding, Findings, Kind};
 use crate::orders::Now;
@@ -20,6 +21,8 @@ pub(crate) struct Body {
     /// Half of the length and of the width in metres; of a circle, twice the radius.
     pub half: Vec2,
     pub is_circle: bool,
+    /// The floor that it is on.
+    pub level: Level,
     /// The radius of the circle around it, in metres.
     radius: f32,
 }
@@ -28,12 +31,12 @@ impl Body {
     /// Creates the body of a robot with half of its length and width.
     pub fn new(robot: u32, position: Vec2, theta: f32, half: Vec2, is_circle: bool) -> Self {
         let radius = if is_circle { half.x } else { half.x.hypot(half.y) };
-        Self { robot, position, theta, half, is_circle, radius }
+        Self { robot, position, theta, half, is_circle, level: Level::ANY, radius }
     }
 
     /// Returns the body of another robot of the same type.
-    pub fn of(&self, robot: u32, position: Vec2, theta: f32) -> Self {
-        Self { robot, position, theta, ..*self }
+    pub fn of(&self, robot: u32, position: Vec2, theta: f32, level: Level) -> Self {
+        Self { robot, position, theta, level, ..*self }
     }
 }
 
@@ -196,6 +199,9 @@ impl Contacts {
         let Self { grid, pairs } = self;
         grid.overlaps(bodies, |a, b, depth| {
             let (a, b) = (bodies[a], bodies[b]);
+            if !a.level.may_meet(b.level) {
+                return;
+            }
             let contact = pairs.entry((a.robot, b.robot)).or_insert_with(|| Contact {
                 first: Finding {
                     robots: vec![a.robot, b.robot],

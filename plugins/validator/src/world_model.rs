@@ -4,7 +4,7 @@
 use glam::{DVec2, Vec2};
 use regatta_plugin::World;
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, Shape,
+    CurveRecord, EdgeRecord, Level, Levels, NodeRecord, Orientation, RobotTypeRecord, Shape,
 };
 
 use crate::contacts::Body;
@@ -28,6 +28,7 @@ const INTERVALS: usize = 64;
 pub(crate) struct WorldModel {
     pub nodes: Vec<NodeRecord>,
     edges: Vec<Edge>,
+    levels: Levels,
     /// At least one.
     pub robot_types: Vec<RobotType>,
     /// All legs, sorted by the node that they leave.
@@ -55,9 +56,9 @@ impl RobotType {
         Self { record, body: Body::new(0, Vec2::ZERO, 0.0, half, is_circle) }
     }
 
-    /// Returns the body of a robot of this type.
-    pub fn body(&self, robot: u32, row: &Row) -> Body {
-        self.body.of(robot, row.position, row.theta)
+    /// Returns the body of a robot of this type on a level.
+    pub fn body(&self, robot: u32, row: &Row, level: Level) -> Body {
+        self.body.of(robot, row.position, row.theta, level)
     }
 }
 
@@ -119,7 +120,8 @@ impl WorldModel {
         if robot_types.is_empty() {
             robot_types.push(RobotType::new(RobotTypeRecord::new("unknown", 0.9, 0.6)));
         }
-        Self { nodes, edges, robot_types, legs, first_legs, max_speed }
+        let levels = Levels::new(world);
+        Self { nodes, edges, levels, robot_types, legs, first_legs, max_speed }
     }
 
     /// Returns the legs that leave a node.
@@ -133,6 +135,11 @@ impl WorldModel {
 
     pub fn edge(&self, edge: u32) -> Option<&Edge> {
         self.edges.get(edge as usize)
+    }
+
+    /// Returns the level of a robot on an edge.
+    pub fn level(&self, edge: u32) -> Level {
+        self.levels.of_edge(edge)
     }
 
     /// Returns the id of an edge.

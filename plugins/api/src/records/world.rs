@@ -11,10 +11,12 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::sequence::Sequenced;
 use super::{padded, text};
 pub use data::WorldData;
+pub use levels::{Level, Levels};
 pub use texts::Texts;
 pub use view::World;
 
 mod data;
+mod levels;
 mod texts;
 mod view;
 

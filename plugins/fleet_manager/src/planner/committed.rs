@@ -216,7 +216,6 @@ impl Planner for Committed {
         self.commit_all(traffic, plans);
         self.count_wanted(traffic);
         self.permit(traffic, plans);
-        self.permit(traffic, plans);
     }
 
     fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {

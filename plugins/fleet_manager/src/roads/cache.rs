@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 use super::Roads;
 
 /// The version of the computation and of the file format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const MAGIC: &[u8; 8] = b"rgtroads";
 const CHECKSUM_BYTES: usize = 16;
 /// The number of edges from which on roads are kept: those of fewer are computed fast enough.
@@ -104,10 +104,10 @@ fn key(world: &World<'_>) -> u128 {
     add(&mut hash, &[VERSION]);
     add(&mut hash, &lengths.map(|length| length as u32));
     for node in world.nodes() {
-        add(&mut hash, &[node.x.to_bits(), node.y.to_bits()]);
+        add(&mut hash, &[node.x.to_bits(), node.y.to_bits(), node.level]);
     }
     for edge in world.edges() {
-        add(&mut hash, &[edge.origin, edge.destination]);
+        add(&mut hash, &[edge.origin, edge.destination, edge.level]);
         add(&mut hash, &[edge.speed.to_bits(), edge.reverse_speed.to_bits()]);
         add(&mut hash, &[edge.orientation, edge.orientation_angle.to_bits(), edge.curves]);
         for point in world.curves(edge).iter().flat_map(|curve| curve.control_points) {

@@ -180,6 +180,11 @@ fn robots_wait_before_a_crossing_and_not_in_it() {
     assert!(before.is_some_and(|place| place < own.low && place > own.low - 0.1), "{before:?}");
     let behind = roads.stops(0).next_open(Leg::new(0, true), 10.0, 5.0);
     assert!(behind.is_some_and(|place| place > 10.0 - own.low), "{behind:?}, in reverse gear");
+    for (node, name) in data.nodes.iter_mut().zip(["L1", "L1", "L2", "L2"]) {
+        node.level = data.texts.add(name);
+    }
+    let roads = Roads::new(&data.view(1, 1));
+    assert!(roads.conflicts().is_empty(), "a bridge leads over the other road");
 }
 
 /// An aisle of three edges between two streets of short edges, joined by corners.

@@ -224,6 +224,21 @@ fn a_contact_counts_once_and_has_a_duration() {
     );
 }
 
+#[test]
+fn robots_on_two_levels_are_never_in_contact() {
+    let mut world = world();
+    for (edge, name) in world.edges.iter_mut().zip(["L1", "L2", ""]) {
+        edge.level = world.texts.add(name);
+    }
+    for (edges, contacts) in [([0, 0], 1), ([0, 1], 0), ([1, 2], 1), ([0, NO_EDGE], 1)] {
+        let mut judge = judge();
+        judge.take_world(&world.view(7, 1));
+        let at = |edge| Row { position: Vec2::new(5.0, 0.0), edge, ..on(0, 5.0, 0.0) };
+        show(&mut judge, 0, &edges.map(at));
+        assert_eq!(judge.contacts(), contacts, "on the edges {edges:?}");
+    }
+}
+
 /// Records of one order: tick, and what happened.
 type Log = Vec<(u64, OrderRecord)>;
 

@@ -56,6 +56,25 @@ fn a_level_is_left_at_a_larger_distance_than_it_is_reached() {
 }
 
 #[test]
+fn robots_on_different_levels_never_touch() {
+    let mut data = WorldData { robot_types: robot_types(), ..WorldData::default() };
+    for name in ["L1", "L2", ""] {
+        let level = data.texts.add(name);
+        let edge = EdgeRecord { level, ..EdgeRecord::default() };
+        data.add_edge(edge, [CurveRecord::straight([0.0, 0.0], [9.0, 0.0])]);
+    }
+    let mut detector = detector(0.2, 2.0);
+    detector.set_world(&data.view(1, 1));
+    let cases = [([0, 0], 1), ([0, 1], 0), ([1, 2], 1), ([0, u32::MAX], 1), ([1, 0], 0)];
+    for (tick, (edges, touching)) in (1..).zip(cases) {
+        let [first, second] = queue(-0.2);
+        let robots = [Robot { edge: edges[0], ..first }, Robot { edge: edges[1], ..second }];
+        update(&mut detector, &robots, tick);
+        assert_eq!(detector.touching(), touching, "on the edges {edges:?}");
+    }
+}
+
+#[test]
 fn pairs_do_not_flicker_at_a_boundary() {
     let mut detector = detector(0.2, 2.0);
     let mut events = 0;

@@ -133,7 +133,7 @@ impl Finder<'_> {
         let swept = &self.swept[own][a as usize];
         for b in grid.near(&swept.rectangles) {
             // With one footprint a pair is found once, and seen from both sides.
-            if b == a || (own == other && b < a) {
+            if b == a || (own == other && b < a) || !self.roads.may_meet(a, b) {
                 continue;
             }
             let Some(touching) = touching(swept, &self.swept[other][b as usize]) else { continue };
