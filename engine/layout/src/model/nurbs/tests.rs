@@ -15,19 +15,24 @@ fn b_spline(degree: usize, knots: &[f64], list: &[(f64, f64)]) -> Nurbs {
     Nurbs::new(degree, knots.to_vec(), &points(list), &[]).expect("valid")
 }
 
+/// The number of samples of a cubic. Between two, its distance from a point has one minimum, also
+/// near a cusp.
+const STEPS: u32 = 256;
+
 /// Returns the distance from a point to the nearest point of cubics: ternary search between samples
 /// where it may be.
 fn distance(cubics: &[CubicBezier], point: DVec2) -> f64 {
     let mut best = f64::INFINITY;
-    for (cubic, step) in cubics.iter().flat_map(|cubic| (0..32u32).map(move |step| (cubic, step))) {
+    for (cubic, step) in cubics.iter().flat_map(|cubic| (0..STEPS).map(move |step| (cubic, step))) {
         let at = |lambda: f64| cubic.position(lambda).distance(point);
-        let (mut low, mut high) = (f64::from(step) / 32.0, f64::from(step + 1) / 32.0);
+        let (mut low, mut high) =
+            (f64::from(step) / f64::from(STEPS), f64::from(step + 1) / f64::from(STEPS));
         let fastest = cubic
             .control_points
             .windows(2)
             .map(|pair| 3.0 * pair[0].distance(pair[1]))
             .fold(0.0, f64::max);
-        if at(low).min(at(high)) - fastest / 64.0 > best {
+        if at(low).min(at(high)) - fastest / f64::from(2 * STEPS) > best {
             continue;
         }
         for _ in 0..50 {
