@@ -5,3 +5,4 @@ pub mod diff;
 pub(crate) mod fix;
 pub(crate) mod lint;
 pub(crate) mod validate;
+mod zones;

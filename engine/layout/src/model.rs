@@ -14,3 +14,4 @@ pub(crate) mod route_graph;
 pub mod spline;
 pub mod tags;
 pub(crate) mod value;
+pub mod zones;

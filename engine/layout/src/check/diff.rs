@@ -12,6 +12,7 @@ use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Station, Tags};
 use crate::model::value::shorten;
+use crate::model::zones::{Zone, ZoneRule};
 
 /// The distance in metres, and the angle in radians, up to which poses count as equal.
 const TOLERANCE: f64 = 1e-6;
@@ -51,8 +52,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Returns the differences from the first graph to the second: nodes, then edges, then stations,
-/// each by name or id.
+/// Returns the differences from the first graph to the second: nodes, then edges, stations and
+/// zones, each by name or id.
 ///
 /// ```
 /// use regatta_layout::check::diff::diff;
@@ -74,6 +75,9 @@ pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
     }));
     found.extend(compare("station", first.stations(), second.stations(), station_key, |a, b| {
         sides.station_changes(a, b)
+    }));
+    found.extend(compare("zone", first.zones(), second.zones(), zone_key, |a, b| {
+        sides.zone_changes(a, b)
     }));
     found
 }
@@ -114,6 +118,17 @@ fn edge_key(edge: &Edge) -> String {
 
 fn station_key(station: &Station) -> String {
     station.name.clone()
+}
+
+fn zone_key(zone: &Zone) -> String {
+    zone.name.to_string()
+}
+
+fn rule(rule: ZoneRule) -> String {
+    match rule {
+        ZoneRule::Capacity(robots) => format!("capacity {robots}"),
+        ZoneRule::SameDirection => "same direction".to_owned(),
+    }
 }
 
 struct Sides<'g> {
@@ -165,6 +180,22 @@ impl Sides<'_> {
             changes.push(format!("orientation {from} → {to}"));
         }
         changes.extend(tag_changes(a.tags.as_deref(), b.tags.as_deref()));
+        changes
+    }
+
+    fn zone_changes(&self, a: &Zone, b: &Zone) -> Vec<String> {
+        let members = |graph: &RouteGraph, zone: &Zone| {
+            let nodes = zone.nodes.iter().map(|node| node_key(graph.node(*node)));
+            let edges = zone.edges.iter().map(|edge| edge_key(graph.edge(*edge)));
+            [nodes.collect::<BTreeSet<_>>(), edges.collect()]
+        };
+        let mut changes = Vec::new();
+        if a.rule != b.rule {
+            changes.push(format!("{} → {}", rule(a.rule), rule(b.rule)));
+        }
+        if members(self.first, a) != members(self.second, b) {
+            changes.push("other nodes or edges".to_owned());
+        }
         changes
     }
 
@@ -282,6 +313,18 @@ mod tests {
     #[test]
     fn a_graph_doesnt_differ_from_itself() {
         assert_eq!(differences(&graph(1.0, 5.0, ""), &graph(1.0, 5.0, "")), [""; 0]);
+    }
+
+    #[test]
+    fn zones_differ_by_their_rules_and_members() {
+        let zone = |text: &str| graph(1.0, 5.0, &format!("Zones:\n- {{Name: z, {text}}}\n"));
+        let first = zone("Capacity: 1, Nodes: [1]");
+        assert_eq!(
+            differences(&first, &zone("Capacity: 2, Edges: [7]")),
+            ["~ zone z: capacity 1 → capacity 2, other nodes or edges"]
+        );
+        assert_eq!(differences(&first, &zone("Rule: exclusive, Nodes: [1]")), [""; 0]);
+        assert_eq!(differences(&first, &graph(1.0, 5.0, "")), ["- zone z"]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::NodeIndex;
 
 use super::body_heading;
+use super::zones::check_zones;
 use crate::model::angle::normalize_angle;
 use crate::model::finding::{Report, Severity, Subject};
 use crate::model::path::Path;
@@ -74,7 +75,8 @@ pub(crate) fn validate(
         .map(|line| line.iter().map(|point| *point - origin).collect())
         .collect();
     let graph = RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?);
-    Some(graph.with_origin(origin).with_surroundings(stations, background))
+    let zones = check_zones(&raw.zones, &graph, report)?;
+    Some(graph.with_origin(origin).with_surroundings(stations, background).with_zones(zones))
 }
 
 /// Returns (0, 0), or the middle of the nodes in whole kilometres if some are too far from (0, 0)

@@ -1,9 +1,11 @@
 //! Copies of a route graph with edges closed, at another speed, or doubled.
 
 use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::EdgeIndex;
 
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
+use super::zones::Zone;
 
 /// The distance of a cubic's middle from the chord, as a fraction of that of its handles: 2 · 3 · ¼
 /// · ½.
@@ -69,19 +71,32 @@ impl RouteGraph {
                 EdgeChange::Double(metres) => {
                     next_id += 1;
                     let path = offset(&edge.path, metres).ok_or(ChangeError::SeveralCurves(id))?;
-                    added.push(Edge { id: next_id, path, tags: None, ..edge.clone() });
+                    added.push((index, Edge { id: next_id, path, tags: None, ..edge.clone() }));
                 }
             }
         }
-        let edges: Vec<Edge> = edges.into_iter().flatten().chain(added).collect();
+        let kept = (0..).map(EdgeIndex).zip(edges);
+        let kept = kept.filter_map(|(before, edge)| Some((before, edge?)));
+        let (before, edges): (Vec<EdgeIndex>, Vec<Edge>) = kept.chain(added).unzip();
         if edges.is_empty() {
             return Err(ChangeError::NothingLeft);
         }
+        let zones = self.zones().iter().map(|zone| with_edges(zone, &before)).collect();
         let (stations, background) = (self.stations().to_vec(), self.background().to_vec());
         Ok(Self::from_valid_parts(self.nodes().to_vec(), edges)
             .with_origin(self.origin())
-            .with_surroundings(stations, background))
+            .with_surroundings(stations, background)
+            .with_zones(zones))
     }
+}
+
+/// Returns a zone of a graph whose edges have changed: by edge, that which it was or that it is
+/// added to.
+fn with_edges(zone: &Zone, before: &[EdgeIndex]) -> Zone {
+    let is_in = |before: &EdgeIndex| zone.edges.binary_search(before).is_ok();
+    let edges = (0..).map(EdgeIndex).zip(before);
+    let edges = edges.filter(|(_, before)| is_in(before)).map(|(edge, _)| edge).collect();
+    Zone { edges, ..zone.clone() }
 }
 
 /// Returns a curve with the same ends whose middle is `metres` to the right; `None` for a path of

@@ -2,6 +2,7 @@
 //! the types of their values.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU32;
 use std::str::FromStr;
 
 use glam::DVec2;
@@ -13,6 +14,7 @@ use super::finding::{Report, Severity, Subject};
 use super::spline::Handles;
 use super::tags::{Orientation, Role, Tags};
 use super::value::{Value, shorten};
+use super::zones::ZoneRule;
 
 /// The content of a file. A field is `None` if its value is missing or has the wrong type. Readers
 /// report both.
@@ -21,6 +23,7 @@ pub(crate) struct RawGraph {
     pub nodes: Vec<RawNode>,
     pub edges: Vec<RawEdge>,
     pub stations: Vec<RawStation>,
+    pub zones: Vec<RawZone>,
     /// Lines that are drawn behind the graph, in metres.
     pub background: Vec<Vec<DVec2>>,
     pub handles: Option<Handles>,
@@ -114,6 +117,20 @@ pub(crate) struct RawStation {
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }
 
+/// A zone with a rule as written in the file. Its members are also all nodes and edges whose tags
+/// name it.
+#[derive(Debug)]
+pub(crate) struct RawZone {
+    /// The byte offset of its first key.
+    pub at: u32,
+    pub name: String,
+    pub rule: ZoneRule,
+    /// Ids of nodes.
+    pub nodes: Vec<u32>,
+    /// Ids of edges.
+    pub edges: Vec<u32>,
+}
+
 /// The keys of nodes and edges.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Field {
@@ -144,6 +161,12 @@ pub(crate) enum Field {
     ControlPoints,
     /// A list of ids of nodes.
     Nodes,
+    /// A list of ids of edges.
+    Edges,
+    /// The largest number of robots in a zone.
+    Capacity,
+    /// The rule of a zone, by name.
+    Rule,
     /// A map of texts.
     Properties,
     /// A key of the format that is kept as a property.
@@ -204,6 +227,15 @@ pub(crate) const STATION_KEYS: [(&str, Field); 7] = [
     ("properties", Field::Properties),
 ];
 
+/// The keys of a zone.
+pub(crate) const ZONE_KEYS: [(&str, Field); 5] = [
+    ("name", Field::Name),
+    ("capacity", Field::Capacity),
+    ("rule", Field::Rule),
+    ("nodes", Field::Nodes),
+    ("edges", Field::Edges),
+];
+
 /// Looks up a key, ignoring case, `_`, `-` and spaces.
 pub(crate) fn find<T: Copy>(keys: &[(&str, T)], key: &str) -> Option<T> {
     let letters = key.bytes().filter(|byte| !b"_- ".contains(byte));
@@ -221,6 +253,8 @@ pub(crate) struct Values<'text> {
     duplicates: Vec<String>,
     /// The numbers of the list of points or of nodes.
     pub numbers: Vec<f64>,
+    /// The numbers of the list of edges.
+    pub edges: Vec<f64>,
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }
 
@@ -244,6 +278,11 @@ impl<'text> Values<'text> {
     /// Converts the values to a station and reports errors; `None` if it has no name.
     pub fn station(self, report: &mut Report<'_>) -> Option<RawStation> {
         Converter::new(self, report, Subject::File).station()
+    }
+
+    /// Converts the values to a zone and reports errors; `None` if it has no name or no rule.
+    pub fn zone(self, report: &mut Report<'_>) -> Option<RawZone> {
+        Converter::new(self, report, Subject::File).zone()
     }
 }
 
@@ -337,13 +376,52 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
                 .map(|(x, y)| DVec2::new(x, y)),
         };
         let numbers = std::mem::take(&mut self.values.numbers);
-        let nodes: Vec<u32> = numbers.iter().map(|&number| number as u32).collect();
-        if nodes.iter().zip(&numbers).any(|(&id, &number)| f64::from(id) != number) {
-            self.error(format!("Nodes must list ids: whole numbers from 0 to {}", u32::MAX));
-        }
+        let nodes = self.ids("Nodes", &numbers);
         let role = self.named(Field::Role, "Role");
         let properties = self.values.properties;
         Some(RawStation { at, name: name?.into(), role, nodes, position, properties })
+    }
+
+    fn zone(mut self) -> Option<RawZone> {
+        let at = self.start();
+        let name = self.text(Field::Name);
+        if name.is_none() {
+            self.error("a zone has no Name: give one");
+        }
+        let rule = self.zone_rule();
+        let (nodes, edges) =
+            (std::mem::take(&mut self.values.numbers), std::mem::take(&mut self.values.edges));
+        let (nodes, edges) = (self.ids("Nodes", &nodes), self.ids("Edges", &edges));
+        Some(RawZone { at, name: name?.into(), rule: rule?, nodes, edges })
+    }
+
+    fn zone_rule(&mut self) -> Option<ZoneRule> {
+        if self.is_given(Field::Capacity) {
+            let expected = "a whole number of robots, at least 1";
+            return self.required(Field::Capacity, "Capacity", expected, |number| {
+                let capacity = number as u32;
+                let is_whole = f64::from(capacity) == number;
+                NonZeroU32::new(capacity).filter(|_| is_whole).map(ZoneRule::Capacity)
+            });
+        }
+        let rule = match self.value(Field::Rule).map(Value::lowercase).as_deref() {
+            Some("exclusive") => Some(ZoneRule::EXCLUSIVE),
+            Some("same_direction") => Some(ZoneRule::SameDirection),
+            _ => None,
+        };
+        if rule.is_none() {
+            self.error("a zone has no rule: give a Capacity, or Rule: exclusive or same_direction");
+        }
+        rule
+    }
+
+    /// Converts a list of numbers to ids.
+    fn ids(&mut self, key: &str, numbers: &[f64]) -> Vec<u32> {
+        let ids: Vec<u32> = numbers.iter().map(|&number| number as u32).collect();
+        if ids.iter().zip(numbers).any(|(&id, &number)| f64::from(id) != number) {
+            self.error(format!("{key} must list ids: whole numbers from 0 to {}", u32::MAX));
+        }
+        ids
     }
 
     /// Reads the name of an enum value; the default if there is none or the name is unknown.

@@ -8,6 +8,7 @@ use regatta_base::rows::Rows;
 
 use super::path::Path;
 use super::tags::{Orientation, Role, Station, Tags};
+use super::zones::Zone;
 
 /// A place with a heading.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,6 +105,7 @@ pub struct RouteGraph {
     origin: DVec2,
     stations: Vec<Station>,
     background: Vec<Vec<DVec2>>,
+    zones: Vec<Zone>,
 }
 
 impl RouteGraph {
@@ -128,6 +130,7 @@ impl RouteGraph {
             origin: DVec2::ZERO,
             stations: Vec::new(),
             background: Vec::new(),
+            zones: Vec::new(),
         }
     }
 
@@ -139,6 +142,11 @@ impl RouteGraph {
     /// Sets the stations, whose nodes must exist, and the lines of the background.
     pub fn with_surroundings(self, stations: Vec<Station>, background: Vec<Vec<DVec2>>) -> Self {
         Self { stations, background, ..self }
+    }
+
+    /// Sets the zones, whose nodes and edges must exist.
+    pub fn with_zones(self, zones: Vec<Zone>) -> Self {
+        Self { zones, ..self }
     }
 
     /// Gives a node another role or name.
@@ -161,6 +169,11 @@ impl RouteGraph {
     /// Returns the stations.
     pub fn stations(&self) -> &[Station] {
         &self.stations
+    }
+
+    /// Returns the zones with a rule.
+    pub fn zones(&self) -> &[Zone] {
+        &self.zones
     }
 
     /// Returns the lines of the background, such as walls, in metres from [`origin`](Self::origin).

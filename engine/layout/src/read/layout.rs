@@ -12,9 +12,10 @@ use regatta_base::graph::{Ends, Rotation};
 
 use crate::model::finding::Report;
 use crate::model::path::Path;
-use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
+use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation, RawZone};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
+use crate::model::zones::ZoneRule;
 
 /// The content of a file that a reader understands. Numbers may be out of range, and ids may be
 /// repeated or unknown.
@@ -23,6 +24,7 @@ pub(crate) struct Layout {
     pub nodes: Vec<LayoutNode>,
     pub edges: Vec<LayoutEdge>,
     pub stations: Vec<LayoutStation>,
+    pub zones: Vec<LayoutZone>,
     /// Lines that are drawn behind the graph, in metres: walls, racks.
     pub background: Vec<Vec<DVec2>>,
 }
@@ -87,6 +89,20 @@ pub(crate) struct LayoutStation {
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }
 
+/// A zone with a rule. Its members are also all nodes and edges whose tags name it.
+#[derive(Debug)]
+pub(crate) struct LayoutZone {
+    /// The byte offset in the file, for messages.
+    pub at: u32,
+    /// The name, unique among zones.
+    pub name: String,
+    pub rule: ZoneRule,
+    /// Indices of nodes.
+    pub nodes: Vec<usize>,
+    /// Indices of edges.
+    pub edges: Vec<usize>,
+}
+
 /// The speed in metres per second of edges without a speed in the file.
 pub(crate) const DEFAULT_SPEED: f64 = 1.0;
 
@@ -130,10 +146,19 @@ impl Layout {
             raw_station(station, &nodes, &node_ids)
         });
         let stations = stations.collect();
+        let zones = self.zones.into_iter().map(|zone| RawZone {
+            at: zone.at,
+            name: zone.name,
+            rule: zone.rule,
+            nodes: zone.nodes.iter().map(|&index| node_ids.number(index).number).collect(),
+            edges: zone.edges.iter().map(|&index| edge_ids.number(index).number).collect(),
+        });
+        let zones = zones.collect();
         RawGraph {
             nodes,
             edges,
             stations,
+            zones,
             background: self.background,
             is_imported: true,
             ..RawGraph::default()

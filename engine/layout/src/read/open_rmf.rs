@@ -10,6 +10,7 @@ mod model;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod zones;
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -21,8 +21,9 @@ use crate::model::options::ReadOptions;
 use crate::model::path::Path;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
+use crate::model::zones::ZoneRule;
 use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
-use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutZone, Shape};
 
 /// The prefix of the names of properties that our writer adds.
 pub(crate) const OWN: &str = "regatta:";
@@ -115,6 +116,7 @@ impl Reader<'_, '_> {
         let paths = model.take_children("path").into_iter();
         let (mut edges, edge_owns): (Vec<_>, Vec<_>) =
             paths.filter_map(|element| self.edge(element, &positions, &blocks)).unzip();
+        let zones = blocks.zones(&nodes, &edges);
         self.drawing.report(self.report);
         let mut stations = self.stations(model, &blocks);
         self.vehicles(model);
@@ -140,7 +142,7 @@ impl Reader<'_, '_> {
                 (edge.id, edge.tags.name) = (id, own.name);
             }
         }
-        Layout { nodes, edges, stations, background: Vec::new() }
+        Layout { nodes, edges, stations, zones, background: Vec::new() }
     }
 
     fn node(&mut self, mut element: Element<'_>, blocks: &Blocks) -> (LayoutNode, Own) {
@@ -286,17 +288,17 @@ impl Reader<'_, '_> {
             }
             for mut member in element.take_children("member") {
                 let indices = blocks.by_member.entry(member.take_text("name")).or_default();
-                if indices.last() == Some(&blocks.names.len()) {
+                if indices.last() == Some(&blocks.list.len()) {
                     continue;
                 }
                 if indices.len() < MAX_BLOCKS {
-                    indices.push(blocks.names.len());
+                    indices.push(blocks.list.len());
                 } else {
                     self.ignored
                         .add(element.at, format!("block whose member is in {MAX_BLOCKS} others"));
                 }
             }
-            blocks.names.push((name, kind));
+            blocks.list.push(Block { at: element.at, name, kind });
             for property in self.properties(&mut element, "a block").into_keys() {
                 self.ignored
                     .add(element.at, format!("property `{}` of a block", shorten(&property)));
@@ -310,37 +312,56 @@ impl Reader<'_, '_> {
 /// The blocks of a model: groups of points, paths and locations.
 #[derive(Default)]
 struct Blocks {
-    /// Names and types.
-    names: Vec<(String, String)>,
+    list: Vec<Block>,
     /// The indices of the first blocks of a point, path or location.
     by_member: BTreeMap<String, Vec<usize>>,
 }
 
+struct Block {
+    at: u32,
+    name: String,
+    kind: String,
+}
+
 impl Blocks {
-    /// Sets the zone to the first block of a member. All of them are a property if there are
-    /// several.
+    /// Sets the zone to the first block of a member.
     fn tag(&self, member: &str, tags: &mut Tags) {
-        if let Some([(first, kind), others @ ..]) = self.of(member).as_deref() {
-            tags.zone = (!first.is_empty()).then(|| first.as_str().into());
-            tags.set("blockType", kind);
-            if !others.is_empty() {
-                let names: Vec<&str> = self
-                    .of(member)
-                    .unwrap_or_default()
-                    .iter()
-                    .map(|(name, _)| name.as_str())
-                    .collect();
-                tags.set("blocks", &names.join(", "));
-            }
-        }
+        let first = self.by_member.get(member).and_then(|indices| self.list.get(*indices.first()?));
+        tags.zone = first
+            .map(|block| block.name.as_str().into())
+            .filter(|name: &Box<str>| !name.is_empty());
         tags.zone = take_own(&mut tags.properties, "zone").or(tags.zone.take());
         tags.level = take_own(&mut tags.properties, "level");
     }
 
-    fn of(&self, member: &str) -> Option<Vec<&(String, String)>> {
-        Some(
-            self.by_member.get(member)?.iter().filter_map(|&index| self.names.get(index)).collect(),
-        )
+    /// Returns the blocks as zones; without those that have no points and no paths. `nodes` and
+    /// `edges` are those of all points and paths, with their names as ids.
+    fn zones(&self, nodes: &[LayoutNode], edges: &[LayoutEdge]) -> Vec<LayoutZone> {
+        let mut zones: Vec<LayoutZone> = self.list.iter().map(Block::zone).collect();
+        for (index, node) in nodes.iter().enumerate() {
+            for &block in self.by_member.get(&node.id).into_iter().flatten() {
+                zones[block].nodes.push(index);
+            }
+        }
+        for (index, edge) in edges.iter().enumerate() {
+            for &block in self.by_member.get(&edge.id).into_iter().flatten() {
+                zones[block].edges.push(index);
+            }
+        }
+        zones.retain(|zone| !zone.name.is_empty() && zone.nodes.len() + zone.edges.len() > 0);
+        zones
+    }
+}
+
+impl Block {
+    /// Returns the zone without members. Models of old versions know only blocks for one vehicle.
+    fn zone(&self) -> LayoutZone {
+        let rule = match self.kind.as_str() {
+            "SAME_DIRECTION_ONLY" => ZoneRule::SameDirection,
+            _ => ZoneRule::EXCLUSIVE,
+        };
+        let (nodes, edges) = (Vec::new(), Vec::new());
+        LayoutZone { at: self.at, name: self.name.clone(), rule, nodes, edges }
     }
 }
 

@@ -72,6 +72,7 @@ enum Scope {
     Node,
     Edge,
     Station,
+    Zone,
 }
 
 impl<'text> Content<'text> {
@@ -90,6 +91,7 @@ impl<'text> Content<'text> {
         self.graph.nodes.append(&mut later.graph.nodes);
         self.graph.edges.append(&mut later.graph.edges);
         self.graph.stations.append(&mut later.graph.stations);
+        self.graph.zones.append(&mut later.graph.zones);
         self.graph.handles = self.graph.handles.or(later.graph.handles);
         self.graph.degrees |= later.graph.degrees;
         for ((scope, key), UnknownKey { at, count }) in later.unknown {
@@ -114,6 +116,7 @@ impl<'text> Content<'text> {
                 Scope::Node => "a node",
                 Scope::Edge => "an edge",
                 Scope::Station => "a station",
+                Scope::Zone => "a zone",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
             let message = format!(

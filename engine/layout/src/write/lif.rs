@@ -55,6 +55,7 @@ pub fn write_with(graph: &RouteGraph, header: &Header<'_>) -> Written {
     }
     writer.count_surroundings();
     let text = text(&writer.sheets, header);
+    writer.losses.add_many(graph.zones().len(), "zones with a rule: LIF has none");
     Written { text, losses: writer.losses.into_lines() }
 }
 

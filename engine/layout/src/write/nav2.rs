@@ -216,6 +216,7 @@ fn losses(graph: &RouteGraph) -> Losses {
     );
     losses.add_many(graph.stations().len(), "stations: this format has none");
     losses.add_many(graph.background().len(), "lines of the background: this format has none");
+    losses.add_many(graph.zones().len(), "zones with a rule: only their names are kept");
     losses.add_if(
         graph.origin() != DVec2::ZERO,
         "offset of the graph on the map: Nav2 stores positions in single precision, too coarse for \

@@ -16,6 +16,7 @@ use super::Losses;
 use crate::model::format::Written;
 use crate::model::route_graph::RouteGraph;
 use crate::model::tags::{Role, Station, Tags};
+use crate::model::zones::ZoneRule;
 use crate::read::open_tcs::{LENGTH, OWN};
 
 type Xml = Writer<Vec<u8>>;
@@ -29,6 +30,8 @@ pub fn write(graph: &RouteGraph) -> Written {
     let text = writer.model().expect("writing to a Vec never fails");
     let text = String::from_utf8(text).expect("all parts are UTF-8");
     writer.losses.add_many(graph.background().len(), "background lines: this format has none");
+    let several = graph.zones().iter().filter(|zone| block_type(zone.rule).is_none()).count();
+    writer.losses.add_many(several, "zones for several robots: this format has none");
     Written { text: text + "\n", losses: writer.losses.into_lines() }
 }
 
@@ -40,14 +43,14 @@ struct ModelWriter<'graph> {
     paths: Vec<String>,
     /// By station.
     locations: Vec<String>,
-    blocks: BTreeMap<String, Block<'graph>>,
+    blocks: BTreeMap<String, Block>,
     scale: Scale,
     losses: Losses,
 }
 
-/// A block by the zone of its members.
-struct Block<'graph> {
-    kind: &'graph str,
+/// A block: a zone for one vehicle, or for one direction.
+struct Block {
+    kind: &'static str,
     members: Vec<String>,
 }
 
@@ -236,8 +239,11 @@ impl<'graph> ModelWriter<'graph> {
 
     fn count_tags(&mut self, tags: Option<&Tags>) {
         let Some(tags) = tags else { return };
-        let is_block = tags.properties.contains_key("blockType");
-        let has_zone = tags.zone.is_some() && !is_block;
+        let zones = self.graph.zones();
+        let is_block = |name: &str| {
+            zones.iter().any(|zone| *zone.name == *name && block_type(zone.rule).is_some())
+        };
+        let has_zone = tags.zone.as_deref().is_some_and(|zone| !is_block(zone));
         self.losses.add_if(tags.level.is_some(), "levels are kept as properties `regatta:level`");
         self.losses.add_if(has_zone, "zones are kept as properties `regatta:zone`");
     }
@@ -255,8 +261,8 @@ fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
             value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())),
         );
     }
-    // The reader derives the others from the path and its blocks.
-    properties.extend(given(&tags.properties, &[LENGTH, "blockType", "blocks"]));
+    // The reader derives the length from the path.
+    properties.extend(given(&tags.properties, &[LENGTH]));
     properties
 }
 
@@ -279,26 +285,31 @@ fn write_properties(xml: &mut Xml, properties: &[Property<'_>]) -> io::Result<()
     Ok(())
 }
 
-/// Returns the blocks of the zones that were blocks in openTCS. Other zones allow several robots.
-fn blocks<'graph>(
-    graph: &'graph RouteGraph,
+/// Returns the zones that openTCS knows as blocks.
+fn blocks(
+    graph: &RouteGraph,
     points: &[String],
     paths: &[String],
     taken: &mut Taken,
-) -> BTreeMap<String, Block<'graph>> {
-    let nodes = graph.nodes().iter().map(|node| node.tags.as_deref()).zip(points);
-    let edges = graph.edges().iter().map(|edge| edge.tags.as_deref()).zip(paths);
-    let mut by_zone: BTreeMap<&str, Block<'_>> = BTreeMap::new();
-    for (tags, member) in nodes.chain(edges) {
-        let Some(tags) = tags else { continue };
-        let (Some(zone), Some(kind)) = (&tags.zone, tags.properties.get("blockType")) else {
-            continue;
-        };
-        let kind = if **kind == *"SAME_DIRECTION_ONLY" { kind } else { "SINGLE_VEHICLE_ONLY" };
-        let block = by_zone.entry(zone).or_insert(Block { kind, members: Vec::new() });
-        block.members.push(member.clone());
+) -> BTreeMap<String, Block> {
+    let mut blocks = BTreeMap::new();
+    for zone in graph.zones() {
+        let Some(kind) = block_type(zone.rule) else { continue };
+        let nodes = zone.nodes.iter().map(|node| &points[node.0 as usize]);
+        let edges = zone.edges.iter().map(|edge| &paths[edge.0 as usize]);
+        let members = nodes.chain(edges).cloned().collect();
+        blocks.insert(taken.unique(zone.name.to_string()), Block { kind, members });
     }
-    by_zone.into_iter().map(|(zone, block)| (taken.unique(zone.to_owned()), block)).collect()
+    blocks
+}
+
+/// Returns the type of the block that has a rule; `None` if there is none.
+fn block_type(rule: ZoneRule) -> Option<&'static str> {
+    match rule {
+        ZoneRule::EXCLUSIVE => Some("SINGLE_VEHICLE_ONLY"),
+        ZoneRule::SameDirection => Some("SAME_DIRECTION_ONLY"),
+        ZoneRule::Capacity(_) => None,
+    }
 }
 
 /// The names of the objects of a model.

@@ -12,6 +12,7 @@ use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Station, Tags};
+use crate::model::zones::{Zone, ZoneRule};
 
 /// The largest depth of brackets in a text that is written without escapes. The reader limits the
 /// depth of brackets, and also counts those in texts.
@@ -51,6 +52,12 @@ impl Writer<'_> {
         }
         for station in graph.stations() {
             self.station(station)?;
+        }
+        if !graph.zones().is_empty() {
+            writeln!(self.text, "\nZones:")?;
+        }
+        for zone in graph.zones() {
+            self.zone(zone)?;
         }
         Ok(())
     }
@@ -119,6 +126,24 @@ impl Writer<'_> {
             write!(self.text, ", X: {x:?}, Y: {y:?}")?;
         }
         self.properties(&station.properties)?;
+        writeln!(self.text, "}}")
+    }
+
+    fn zone(&mut self, zone: &Zone) -> fmt::Result {
+        write!(self.text, "- {{Name: ")?;
+        self.quoted(&zone.name)?;
+        match zone.rule {
+            ZoneRule::Capacity(robots) => write!(self.text, ", Capacity: {robots}")?,
+            ZoneRule::SameDirection => write!(self.text, ", Rule: same_direction")?,
+        }
+        let nodes: Vec<String> = zone.nodes.iter().map(|&node| self.id(node).to_string()).collect();
+        let edges = zone.edges.iter().map(|&edge| self.graph.edge(edge).id.to_string());
+        let edges: Vec<String> = edges.collect();
+        for (key, ids) in [("Nodes", nodes), ("Edges", edges)] {
+            if !ids.is_empty() {
+                write!(self.text, ", {key}: [{}]", ids.join(", "))?;
+            }
+        }
         writeln!(self.text, "}}")
     }
 

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use super::{MAX_NAME, lifts};
+use super::{MAX_NAME, lifts, zones};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role, Tags};
@@ -89,6 +89,7 @@ impl Building {
             level.add_to(&ids, &mut layout, report);
         }
         layout.stations = self.stations(&layout.nodes);
+        layout.zones = zones::zones(&layout);
         layout
     }
 
@@ -118,8 +119,8 @@ fn warn_of_levels(levels: &[(Level, Vec<String>)], report: &mut Report<'_>) {
     let [(first, _), _, ..] = used.as_slice() else { return };
     let names: Vec<_> = used.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
     let message = format!(
-        "its {} levels ({}) are read into one plane, so that robots of different levels may seem \
-         to collide: `--level NAME` picks one",
+        "its {} levels ({}) are drawn over each other; robots on different levels never touch: \
+         `--level NAME` picks one",
         used.len(),
         names.join(", ")
     );

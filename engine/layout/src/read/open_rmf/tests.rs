@@ -8,6 +8,7 @@ use crate::model::finding::Findings;
 use crate::model::format::Format;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role};
+use crate::model::zones::ZoneRule;
 use crate::parse;
 use crate::read::file::{GraphError, Source};
 use crate::read::layout::{Layout, LayoutNode};
@@ -110,7 +111,7 @@ fn positions_names_and_roles_of_the_office() {
 fn lifts_join_the_levels_of_the_hotel() {
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), None);
     assert!(
-        messages(&findings).contains("3 levels (L1, L2, L3) are read into one plane"),
+        messages(&findings).contains("3 levels (L1, L2, L3) are drawn over each other"),
         "{}",
         messages(&findings)
     );
@@ -122,9 +123,11 @@ fn lifts_join_the_levels_of_the_hotel() {
     assert_eq!((lifts[0].origin.as_str(), lifts[0].destination.as_str()), ("L1/9", "L2/15"));
     assert_eq!(lifts[0].tags.zone.as_deref(), Some("lift Lift1"));
     assert_eq!(node(&layout, "L1/9").tags.zone.as_deref(), Some("lift Lift1"));
+    let cabin = layout.zones.iter().find(|zone| zone.name == "lift Lift1").expect("a zone");
+    assert_eq!((cabin.rule, cabin.nodes.len(), cabin.edges.len()), (ZoneRule::EXCLUSIVE, 3, 4));
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), Some("L2"));
     assert_eq!((layout.nodes.len(), layout.edges.len()), (17, 32));
-    assert!(!messages(&findings).contains("plane"));
+    assert!(!messages(&findings).contains("drawn over"));
     assert!(errors_of(&sample("office/0.yaml")).is_empty());
     let options = ReadOptions { level: Some("L9".into()), ..ReadOptions::default() };
     let error = parse(&sample("hotel/0.yaml"), "h.yaml", &options).expect_err("no such level");
@@ -243,6 +246,9 @@ fn orientation_speed_and_zones_of_lanes() {
     };
     assert_eq!((first.orientation, first.speed), (Orientation::Offset(PI), Some(0.5)));
     assert_eq!(first.tags.zone.as_deref(), Some("x"));
+    let zones = layout.zones.iter().map(|zone| (zone.name.as_str(), &*zone.nodes, &*zone.edges));
+    let expected: [(&str, &[usize], &[usize]); 2] = [("m", &[0], &[]), ("x", &[], &[0])];
+    assert_eq!(zones.collect::<Vec<_>>(), expected, "a door is no mutex");
     assert_eq!((second.id.as_str(), second.speed), ("A/1", None));
     assert_eq!((third.id.as_str(), third.origin.as_str()), ("A/1/reverse", "A/2"));
     assert_eq!(third.tags.properties.get("undock_name").map(|name| &**name), Some("dock"));

@@ -7,7 +7,7 @@ use regatta_base::yaml::{self, Node};
 use super::sections::Part;
 use super::{Content, Scope};
 use crate::model::finding::Subject;
-use crate::model::raw::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, Values, find};
+use crate::model::raw::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, Values, ZONE_KEYS, find};
 use crate::model::value::{Value, shorten};
 use crate::read::file::SyntaxError;
 
@@ -29,11 +29,12 @@ enum RootKey {
 }
 
 /// The names of the root keys, normalized as by [`find`].
-const ROOT_KEYS: [(&str, RootKey); 6] = [
+const ROOT_KEYS: [(&str, RootKey); 7] = [
     ("edges", RootKey::List(Scope::Edge)),
     ("vertices", RootKey::List(Scope::Node)),
     ("nodes", RootKey::List(Scope::Node)),
     ("stations", RootKey::List(Scope::Station)),
+    ("zones", RootKey::List(Scope::Zone)),
     ("angleunit", RootKey::AngleUnit),
     ("handles", RootKey::Handles),
 ];
@@ -151,7 +152,7 @@ impl<'text> Reader<'text> {
         Vec::new()
     }
 
-    /// Reads an item of the list of nodes, edges or stations.
+    /// Reads an item of the list of nodes, edges, stations or zones.
     fn item(&mut self, scope: Scope, number: usize, item: Node<'text>) {
         let at = self.at(&item);
         let pairs = match item.content {
@@ -160,6 +161,7 @@ impl<'text> Reader<'text> {
                 let (name, subject) = match scope {
                     Scope::Edge => ("edge", Subject::Edge(None)),
                     Scope::Station => ("station", Subject::File),
+                    Scope::Zone => ("zone", Subject::File),
                     Scope::Node | Scope::File => ("node", Subject::Node(None)),
                 };
                 let found = Value::from(other);
@@ -182,15 +184,17 @@ impl<'text> Reader<'text> {
         match scope {
             Scope::Edge => graph.edges.push(values.edge(report)),
             Scope::Station => graph.stations.extend(values.station(report)),
+            Scope::Zone => graph.zones.extend(values.zone(report)),
             Scope::Node | Scope::File => graph.nodes.push(values.node(report)),
         }
     }
 
-    /// Reads a key of a node, an edge or a station.
+    /// Reads a key of a node, an edge, a station or a zone.
     fn entry(&mut self, scope: Scope, values: &mut Values<'text>, key: Key, value: Node<'text>) {
         let keys: &[_] = match scope {
             Scope::Edge => &EDGE_KEYS,
             Scope::Station => &STATION_KEYS,
+            Scope::Zone => &ZONE_KEYS,
             Scope::Node | Scope::File => &NODE_KEYS,
         };
         let Some(field) = find(keys, &key.name) else {
@@ -201,6 +205,12 @@ impl<'text> Reader<'text> {
             Field::ControlPoints | Field::Nodes => {
                 for item in self.list(&key, value) {
                     self.add_numbers(item, &mut values.numbers);
+                }
+                values.set(field, key.name, Value::Other("a list"));
+            }
+            Field::Edges => {
+                for item in self.list(&key, value) {
+                    self.add_numbers(item, &mut values.edges);
                 }
                 values.set(field, key.name, Value::Other("a list"));
             }
