@@ -2,12 +2,14 @@
 
 use glam::DVec2;
 use regatta_base::random::mix;
-use regatta_layout::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
+use regatta_layout::{
+    CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags, Zone, ZoneRule,
+};
 use regatta_plugin::PublishError;
 use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
-    self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
+    self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData, ZoneRecord,
 };
 use regatta_scenario::{RobotType, Shape, Start};
 
@@ -128,6 +130,11 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
         let record = edge_record(edge, length, &mut world.texts);
         world.add_edge(record, edge.path.cubics().map(curve_record));
     }
+    for zone in graph.zones() {
+        let (nodes, edges) = (zone.nodes.iter(), zone.edges.iter());
+        let record = zone_record(zone, &mut world.texts);
+        world.add_zone(record, nodes.map(|node| node.0), edges.map(|edge| edge.0));
+    }
     world
 }
 
@@ -180,6 +187,15 @@ fn edge_record(edge: &Edge, length: f32, texts: &mut Texts) -> EdgeRecord {
         ..EdgeRecord::default()
     }
     .with_orientation(orientation(edge.orientation))
+}
+
+/// Returns a zone without its members.
+fn zone_record(zone: &Zone, texts: &mut Texts) -> ZoneRecord {
+    let (rule, capacity) = match zone.rule {
+        ZoneRule::Capacity(robots) => (world::ZoneRule::Capacity, robots.get()),
+        ZoneRule::SameDirection => (world::ZoneRule::SameDirection, 0),
+    };
+    ZoneRecord { name: texts.add(&zone.name), rule: rule as u32, capacity, ..ZoneRecord::default() }
 }
 
 fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {

@@ -47,6 +47,7 @@ from regatta._enums import (
     Role,
     Shape,
     StopAction,
+    ZoneRule,
 )
 from regatta._errors import (
     ClosedError,
@@ -71,7 +72,7 @@ from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, Tra
 from regatta._rate import checked_rate
 from regatta._routes import Route
 from regatta._run import RunError, RunResult, run
-from regatta._world import Orientation, World
+from regatta._world import Orientation, World, Zone
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
 
@@ -236,6 +237,8 @@ __all__ = [
     "TrafficReader",
     "VersionError",
     "World",
+    "Zone",
+    "ZoneRule",
     "column",
     "columns",
     "commands",

@@ -124,12 +124,26 @@ class WorldHeader(Sequenced):
     curves: u32
     robot_types: u32
     text_bytes: u32
+    zones: u32
+    zone_members: u32
     reserved: u32
 
     @property
     def sequence(self) -> int:
         """The revision, which counts the worlds of a run from 1."""
         return self.revision
+
+
+@record
+class ZoneRecord(Record):
+    """A group of nodes and edges with a rule for the robots in them."""
+
+    name: u32
+    rule: u32
+    capacity: u32
+    first_member: u32
+    nodes: u32
+    edges: u32
 
 
 @record

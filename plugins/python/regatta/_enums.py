@@ -46,6 +46,15 @@ class Shape(IntEnum):
     """A circle of diameter ``length``."""
 
 
+class ZoneRule(IntEnum):
+    """The rule for the robots in a zone."""
+
+    CAPACITY = 0
+    """At most ``capacity`` robots at the same time."""
+    SAME_DIRECTION = 1
+    """Several robots only if all have entered along the same edge, in the same gear."""
+
+
 class Role(IntEnum):
     """The purpose of a node."""
 

@@ -17,6 +17,7 @@ from regatta._contract import (
     Record,
     RobotTypeRecord,
     WorldHeader,
+    ZoneRecord,
     dtype,
 )
 from regatta._errors import ReadError
@@ -26,6 +27,8 @@ Records = npt.NDArray[np.void]
 
 _LENGTH_BYTES = 2
 """The bytes of a text's length, which precede the text."""
+_INDEX_BYTES = 4
+"""The bytes of the index of a node or an edge."""
 
 
 class Orientation(IntEnum):
@@ -37,6 +40,21 @@ class Orientation(IntEnum):
     """At ``orientation_angle`` to the tangent."""
     FIXED = 2
     """``orientation_angle`` on the map."""
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """A group of nodes and edges with a rule: a block, a mutex group, the cabin of a lift."""
+
+    name: str
+    rule: int
+    """A :class:`ZoneRule <regatta.ZoneRule>`."""
+    capacity: int
+    """The largest number of robots at the same time; 0 if the rule is another one."""
+    nodes: npt.NDArray[np.uint32]
+    """The indices of its nodes."""
+    edges: npt.NDArray[np.uint32]
+    """The indices of its edges."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,6 +89,9 @@ class World:
     spot in radians per second, 0 if the type can't turn on the spot, and ``max_rotation_acceleration`` in radians per
     second squared. The column ``type`` holds indices into these."""
 
+    zones: tuple[Zone, ...] = ()
+    """The zones with a rule, which fleet managers keep."""
+
     def curves_of(self, edge: int) -> npt.NDArray[np.float32]:
         """Returns the control points of an edge's curves from origin to destination, in metres: an array of shape
         (curves, 4, 2). Each curve starts where the one before it ends."""
@@ -91,8 +112,20 @@ def world_of(sample: Sample[WorldHeader]) -> World:
     curves = sections.records(CurveRecord, header.curves)["control_points"].copy()
     robot_types = _with_text(sections.records(RobotTypeRecord, header.robot_types))
     texts = sections.section(header.text_bytes).tobytes()
+    zones = sections.records(ZoneRecord, header.zones)
+    members = sections.section(header.zone_members * _INDEX_BYTES).view(np.uint32).copy()
     nodes, edges = (_with_texts(records, texts) for records in (nodes, edges))
-    return World(header.run_id, header.revision, tuple(header.origin), nodes, edges, curves, robot_types)
+    world_zones = tuple(_zone(zone, members, texts) for zone in zones)
+    origin = tuple(header.origin)
+    return World(header.run_id, header.revision, origin, nodes, edges, curves, robot_types, world_zones)
+
+
+def _zone(zone: Any, members: npt.NDArray[np.uint32], texts: bytes) -> Zone:
+    """Returns a zone with its members."""
+    first_edge = int(zone["first_member"]) + int(zone["nodes"])
+    nodes = members[int(zone["first_member"]) : first_edge]
+    edges = members[first_edge : first_edge + int(zone["edges"])]
+    return Zone(_text_at(texts, int(zone["name"])), int(zone["rule"]), int(zone["capacity"]), nodes, edges)
 
 
 class _Sections:

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 import regatta
-from regatta._contract import BYTES_PER_LINE, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader
+from regatta._contract import (
+    BYTES_PER_LINE,
+    CurveRecord,
+    EdgeRecord,
+    NodeRecord,
+    RobotTypeRecord,
+    WorldHeader,
+    ZoneRecord,
+)
 from regatta._world import Orientation, world_of
 
 TEXTS = b"\x00\x00" + b"\x06\x00dock 1" + b"\x05\x00gr\xc3\xbcn" + b"\xff\x00short"
@@ -34,8 +42,11 @@ def sample(cut: int = 0) -> Any:
     curves = [line(0.0), line(3.0), line(6.0)]
     types = [RobotTypeRecord(name=b"tug", max_rotation_speed=0.5)]
     sections = [b"".join(bytes(record) for record in records) for records in (nodes, edges, curves, types)]
-    payload = b"".join(padded(section) for section in [*sections, TEXTS])
+    zones = [ZoneRecord(name=2, capacity=1, nodes=1, edges=2), ZoneRecord(rule=1, first_member=3, edges=1)]
+    members = np.array([1, 0, 1, 1], np.uint32).tobytes()
+    payload = b"".join(padded(section) for section in [*sections, TEXTS, b"".join(map(bytes, zones)), members])
     header = WorldHeader(run_id=5, revision=2, nodes=2, edges=2, curves=3, robot_types=1, text_bytes=len(TEXTS))
+    header.zones, header.zone_members = len(zones), 4
     header.origin[:] = (3.5e6, -5.25e6)
     data = np.frombuffer(payload[: len(payload) - cut], np.uint8)
     return SimpleNamespace(header=header, payload=data, elements=len(data) // BYTES_PER_LINE)
@@ -58,6 +69,13 @@ def test_each_edge_has_its_curves() -> None:
     assert world.curves.shape == (3, 4, 2)
     assert world.curves_of(0)[:, :, 0].tolist() == [[0.0, 1.0, 2.0, 3.0], [3.0, 4.0, 5.0, 6.0]]
     assert world.curves_of(1)[:, 0].tolist() == [[6.0, 1.0]]
+
+
+def test_each_zone_has_its_nodes_and_edges() -> None:
+    first, second = world_of(sample()).zones
+    assert (first.name, first.rule, first.capacity) == ("dock 1", regatta.ZoneRule.CAPACITY, 1)
+    assert (first.nodes.tolist(), first.edges.tolist()) == ([1], [0, 1])
+    assert second.rule == regatta.ZoneRule.SAME_DIRECTION and second.edges.tolist() == [1]
 
 
 def test_a_world_that_is_too_short_is_an_error() -> None:

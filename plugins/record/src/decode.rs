@@ -6,7 +6,7 @@ use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData, ZoneRecord, ZoneRule,
 };
 
 use crate::schema::regatta;
@@ -51,7 +51,22 @@ pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
         let record = edge(recorded, &mut data.texts);
         data.add_edge(record, curves(&recorded.control_points));
     }
+    for recorded in &world.zones {
+        let record = zone(recorded, &mut data.texts);
+        data.add_zone(record, recorded.nodes.iter().copied(), recorded.edges.iter().copied());
+    }
     Ok(RecordedWorld { run_id: world.run_id, data, is_repeated: world.is_repeated })
+}
+
+/// Returns a zone without its members.
+fn zone(zone: &regatta::Zone, texts: &mut Texts) -> ZoneRecord {
+    let rule = if zone.capacity == 0 { ZoneRule::SameDirection } else { ZoneRule::Capacity };
+    ZoneRecord {
+        name: texts.add(&zone.name),
+        rule: rule as u32,
+        capacity: zone.capacity,
+        ..ZoneRecord::default()
+    }
 }
 
 fn node(node: &regatta::Node, texts: &mut Texts) -> NodeRecord {

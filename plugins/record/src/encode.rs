@@ -12,7 +12,7 @@ use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, ZoneRecord};
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders, World};
 
 use crate::contacts::ContactList;
@@ -110,9 +110,19 @@ pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
         robot_types: world.robot_types().iter().map(robot_type).collect(),
         origin_x,
         origin_y,
+        zones: world.zones().iter().map(|record| zone(world, record)).collect(),
         is_repeated: false,
     }
     .encode_to_vec()
+}
+
+fn zone(world: &World<'_>, zone: &ZoneRecord) -> regatta::Zone {
+    regatta::Zone {
+        name: world.text(zone.name).to_owned(),
+        capacity: zone.capacity,
+        nodes: world.zone_nodes(zone).to_vec(),
+        edges: world.zone_edges(zone).to_vec(),
+    }
 }
 
 fn node(world: &World<'_>, node: &NodeRecord) -> regatta::Node {

@@ -1,6 +1,7 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
 //!
-//! A sample is a block of lines with five sections: nodes, edges, curves, robot types and texts.
+//! A sample is a block of lines with seven sections: nodes, edges, curves, robot types, texts, zones
+//! and their members.
 //! Each section starts on a whole line. Readers get them as a [`World`]; producers fill in a
 //! [`WorldData`].
 
@@ -14,11 +15,13 @@ pub use data::WorldData;
 pub use levels::{Level, Levels};
 pub use texts::Texts;
 pub use view::World;
+pub use zones::{ZoneRecord, ZoneRule};
 
 mod data;
 mod levels;
 mod texts;
 mod view;
+mod zones;
 
 /// The iceoryx2 user header of `regatta/F/world`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -44,6 +47,10 @@ pub struct WorldHeader {
     pub robot_types: u32,
     /// Length of the [`Texts`] in bytes.
     pub text_bytes: u32,
+    /// Number of [`ZoneRecord`]s.
+    pub zones: u32,
+    /// Number of the members of all zones.
+    pub zone_members: u32,
     /// Zero.
     pub reserved: u32,
 }

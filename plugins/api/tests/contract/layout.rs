@@ -31,7 +31,8 @@ use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Role, Shape, WorldHeader,
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Role, Shape, WorldHeader, ZoneRecord,
+    ZoneRule,
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
@@ -74,7 +75,9 @@ fn all_records() -> Map<String, Value> {
     records! {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated, jumps }
-        WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, reserved }
+        WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, zones, zone_members,
+            reserved }
+        ZoneRecord { name, rule, capacity, first_member, nodes, edges }
         NodeRecord { id, x, y, theta, name, level, zone, role }
         EdgeRecord { id, origin, destination, length, first_curve, curves, speed, reverse_speed, name,
             level, zone, orientation, orientation_angle, reserved }
@@ -123,6 +126,7 @@ fn all_enums() -> Map<String, Value> {
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
         Role { None, Pick, Drop, Park, Charge }
+        ZoneRule { Capacity, SameDirection }
         CommandKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
             Repair, CloseEdge, OpenEdge }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,

@@ -10,7 +10,7 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, Role, WorldData,
+    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, Role, WorldData, ZoneRecord,
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
@@ -235,6 +235,9 @@ fn world() -> WorldData {
         battery_capacity: 90.0,
         ..RobotTypeRecord::new("tug", 1.2, 0.8)
     }];
+    let name = world.texts.add("block");
+    world.add_zone(ZoneRecord { name, capacity: 2, ..ZoneRecord::default() }, [0], [0]);
+    world.add_zone(ZoneRecord { rule: 1, ..ZoneRecord::default() }, [], [0]);
     world
 }
 

@@ -1,7 +1,7 @@
 //! The world as a producer makes it.
 
 use super::view::{World, WorldLayout};
-use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts};
+use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, ZoneRecord};
 
 /// The content of a world, for
 /// [`ProducerPorts::publish_world`](crate::ProducerPorts::publish_world).
@@ -32,8 +32,12 @@ pub struct WorldData {
     pub curves: Vec<CurveRecord>,
     /// The robot types.
     pub robot_types: Vec<RobotTypeRecord>,
-    /// The texts that nodes and edges refer to.
+    /// The texts that nodes, edges and zones refer to.
     pub texts: Texts,
+    /// The zones with a rule, which refer to members.
+    pub zones: Vec<ZoneRecord>,
+    /// The indices of the nodes and edges of all zones.
+    pub zone_members: Vec<u32>,
 }
 
 impl WorldData {
@@ -49,6 +53,26 @@ impl WorldData {
         });
     }
 
+    /// Appends a zone with its nodes and edges, by their indices. Fills in `first_member`, `nodes`
+    /// and `edges`.
+    pub fn add_zone(
+        &mut self,
+        zone: ZoneRecord,
+        nodes: impl IntoIterator<Item = u32>,
+        edges: impl IntoIterator<Item = u32>,
+    ) {
+        let first_member = self.zone_members.len();
+        self.zone_members.extend(nodes);
+        let first_edge = self.zone_members.len();
+        self.zone_members.extend(edges);
+        self.zones.push(ZoneRecord {
+            first_member: first_member as u32,
+            nodes: (first_edge - first_member) as u32,
+            edges: (self.zone_members.len() - first_edge) as u32,
+            ..zone
+        });
+    }
+
     /// Returns the world as its readers see it.
     pub fn view(&self, run_id: u64, revision: u64) -> World<'_> {
         World {
@@ -58,6 +82,8 @@ impl WorldData {
             curves: &self.curves,
             robot_types: &self.robot_types,
             texts: self.texts.as_bytes(),
+            zones: &self.zones,
+            zone_members: &self.zone_members,
         }
     }
 
@@ -68,6 +94,8 @@ impl WorldData {
             curves: self.curves.len(),
             robot_types: self.robot_types.len(),
             text_bytes: self.texts.as_bytes().len(),
+            zones: self.zones.len(),
+            zone_members: self.zone_members.len(),
         }
     }
 }

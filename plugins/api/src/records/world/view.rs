@@ -3,11 +3,13 @@
 use bytemuck::{NoUninit, Pod};
 
 use super::texts::text_at;
-use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData, WorldHeader};
+use super::{
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData, WorldHeader, ZoneRecord,
+};
 use crate::records::frame::{BYTES_PER_LINE, Line};
 
 /// The number of a world's sections.
-const SECTIONS: usize = 5;
+const SECTIONS: usize = 7;
 
 /// The sections of a world in its block of lines: each starts on a whole line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +19,8 @@ pub(crate) struct WorldLayout {
     pub(crate) curves: usize,
     pub(crate) robot_types: usize,
     pub(crate) text_bytes: usize,
+    pub(crate) zones: usize,
+    pub(crate) zone_members: usize,
 }
 
 impl WorldLayout {
@@ -27,6 +31,8 @@ impl WorldLayout {
             curves: header.curves as usize,
             robot_types: header.robot_types as usize,
             text_bytes: header.text_bytes as usize,
+            zones: header.zones as usize,
+            zone_members: header.zone_members as usize,
         }
     }
 
@@ -40,6 +46,8 @@ impl WorldLayout {
             curves: self.curves as u32,
             robot_types: self.robot_types as u32,
             text_bytes: self.text_bytes as u32,
+            zones: self.zones as u32,
+            zone_members: self.zone_members as u32,
             reserved: 0,
         }
     }
@@ -52,6 +60,8 @@ impl WorldLayout {
             self.curves * size_of::<CurveRecord>(),
             self.robot_types * size_of::<RobotTypeRecord>(),
             self.text_bytes,
+            self.zones * size_of::<ZoneRecord>(),
+            self.zone_members * size_of::<u32>(),
         ];
         bytes.map(|bytes| bytes.div_ceil(BYTES_PER_LINE))
     }
@@ -68,12 +78,14 @@ impl WorldLayout {
             rest = after;
             section
         });
-        let [nodes, edges, curves, robot_types, texts] = sections;
+        let [nodes, edges, curves, robot_types, texts, zones, zone_members] = sections;
         copy(nodes, &world.nodes);
         copy(edges, &world.edges);
         copy(curves, &world.curves);
         copy(robot_types, &world.robot_types);
         copy(texts, world.texts.as_bytes());
+        copy(zones, &world.zones);
+        copy(zone_members, &world.zone_members);
     }
 }
 
@@ -91,6 +103,8 @@ pub struct World<'sample> {
     pub(super) curves: &'sample [CurveRecord],
     pub(super) robot_types: &'sample [RobotTypeRecord],
     pub(super) texts: &'sample [u8],
+    pub(super) zones: &'sample [ZoneRecord],
+    pub(super) zone_members: &'sample [u32],
 }
 
 impl<'sample> World<'sample> {
@@ -98,12 +112,15 @@ impl<'sample> World<'sample> {
     /// header implies.
     pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
         let layout = WorldLayout::of(header);
-        let [nodes, edges, curves, robot_types, texts] = layout.section_lines();
+        let [nodes, edges, curves, robot_types, texts, zones, zone_members] =
+            layout.section_lines();
         let (nodes, rest) = lines.split_at_checked(nodes)?;
         let (edges, rest) = rest.split_at_checked(edges)?;
         let (curves, rest) = rest.split_at_checked(curves)?;
         let (robot_types, rest) = rest.split_at_checked(robot_types)?;
-        let (texts, _) = rest.split_at_checked(texts)?;
+        let (texts, rest) = rest.split_at_checked(texts)?;
+        let (zones, rest) = rest.split_at_checked(zones)?;
+        let (zone_members, _) = rest.split_at_checked(zone_members)?;
         Some(Self {
             header: *header,
             nodes: records(nodes, layout.nodes),
@@ -111,6 +128,8 @@ impl<'sample> World<'sample> {
             curves: records(curves, layout.curves),
             robot_types: records(robot_types, layout.robot_types),
             texts: records(texts, layout.text_bytes),
+            zones: records(zones, layout.zones),
+            zone_members: records(zone_members, layout.zone_members),
         })
     }
 
@@ -158,6 +177,29 @@ impl<'sample> World<'sample> {
         self.robot_types
     }
 
+    /// The zones with a rule.
+    pub fn zones(&self) -> &'sample [ZoneRecord] {
+        self.zones
+    }
+
+    /// The nodes of a zone of this world, by their indices; empty if the record refers to members
+    /// that the world doesn't have.
+    pub fn zone_nodes(&self, zone: &ZoneRecord) -> &'sample [u32] {
+        self.members(zone.first_member, zone.nodes)
+    }
+
+    /// The edges of a zone of this world, by their indices; empty if the record refers to members
+    /// that the world doesn't have.
+    pub fn zone_edges(&self, zone: &ZoneRecord) -> &'sample [u32] {
+        let first = zone.first_member.checked_add(zone.nodes);
+        first.map(|first| self.members(first, zone.edges)).unwrap_or_default()
+    }
+
+    fn members(&self, first: u32, count: u32) -> &'sample [u32] {
+        let end = (first as usize).checked_add(count as usize);
+        end.and_then(|end| self.zone_members.get(first as usize..end)).unwrap_or_default()
+    }
+
     /// The text that a record refers to by its offset: the name, level or zone of a node or an
     /// edge. Empty for the offset 0 and for an offset at which there is no text.
     pub fn text(&self, offset: u32) -> &'sample str {
@@ -174,7 +216,7 @@ fn records<T: Pod>(section: &[Line], count: usize) -> &[T] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::records::world::Texts;
+    use crate::records::world::{Texts, ZoneRule};
 
     /// A world of five nodes, three edges with one, two and three curves, and a robot type.
     fn world() -> WorldData {
@@ -217,6 +259,24 @@ mod tests {
             ("1st floor", "north")
         );
         assert!(World::split(&header, &lines[1..]).is_none(), "a line is missing");
+    }
+
+    #[test]
+    fn each_zone_has_its_nodes_and_edges() {
+        let mut data = world();
+        let name = data.texts.add("block");
+        data.add_zone(ZoneRecord { name, capacity: 1, ..ZoneRecord::default() }, [1, 4], [2]);
+        data.add_zone(ZoneRecord { rule: 1, ..ZoneRecord::default() }, [], [0, 1]);
+        let layout = data.layout();
+        let mut lines = vec![Line::default(); layout.lines()];
+        layout.write(&mut lines, &data);
+        let world = World::split(&layout.header([0.0; 2], 7, 1), &lines).expect("enough lines");
+        let [block, lane] = world.zones() else { panic!("{:?}", world.zones()) };
+        assert_eq!((world.text(block.name), block.rule()), ("block", Some(ZoneRule::Capacity)));
+        assert_eq!((world.zone_nodes(block), world.zone_edges(block)), (&[1, 4][..], &[2][..]));
+        assert_eq!((world.zone_nodes(lane), world.zone_edges(lane)), (&[][..], &[0, 1][..]));
+        let wrong = ZoneRecord { first_member: 4, nodes: 2, ..ZoneRecord::default() };
+        assert!(world.zone_nodes(&wrong).is_empty() && world.zone_edges(&wrong).is_empty());
     }
 
     #[test]
