@@ -75,3 +75,46 @@ fn a_recording_is_judged_as_its_fleet_was() {
     let output = validate(&["--allow", "collisions"]);
     assert!(text(&output).contains("invalid value 'collisions'"), "{}", text(&output));
 }
+
+/// Two loops that have nothing in common but a zone for one robot.
+const TWO_LOOPS: &str = "Edges:
+- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}
+- {Id: 2, Origin_ID: 2, Destination_ID: 1, CurveType: Linear, VelocityForward: 1}
+- {Id: 3, Origin_ID: 3, Destination_ID: 4, CurveType: Linear, VelocityForward: 1}
+- {Id: 4, Origin_ID: 4, Destination_ID: 3, CurveType: Linear, VelocityForward: 1}
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 9, Y: 0, Theta: 0}
+- {Id: 3, X: 0, Y: 20, Theta: 0}
+- {Id: 4, X: 9, Y: 20, Theta: 0}
+Zones:
+- {Name: door, Capacity: 1, Edges: [1, 3]}
+";
+
+#[test]
+fn the_manager_keeps_a_zone_and_robots_without_one_do_not() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("plant.yaml"), TWO_LOOPS).expect("written");
+    let orders = "orders:
+- {name: a, robot: 0, stops: [{at: 2}, {at: 1}, {at: 2}]}
+- {name: b, robot: 1, stops: [{at: 4}, {at: 3}, {at: 4}]}
+";
+    std::fs::write(folder.path().join("orders.yaml"), orders).expect("written");
+    let file = folder.path().join("scenario.yaml");
+    let run = |robots: &str, manager: &str| {
+        let scenario = format!(
+            "graph: plant.yaml\nrobot_types: [{{name: a, length: 0.9, width: 0.6, max_rotation_speed: \
+             1}}]\nviewer: off\nrobots:\n{robots}plugins:\n{manager}- validator\n"
+        );
+        std::fs::write(&file, scenario).expect("written");
+        let args = ["--in-process", "--simulated", "3min"];
+        Process::start(regatta().arg("run").arg(&file).args(args)).finish()
+    };
+    let alone = run("- {route: [1, 2], repeat: true}\n- {route: [3, 4], repeat: true}\n", "");
+    assert!(!alone.status.success(), "{}", text(&alone));
+    assert!(text(&alone).contains("2 in zone `door`, which has room for 1"), "{}", text(&alone));
+    let manager = "- {name: fleet-manager, args: [--orders, orders.yaml]}\n";
+    let managed = run("- node: 1\n- node: 3\n", manager);
+    assert!(managed.status.success(), "{}", text(&managed));
+    assert!(text(&managed).contains("2 finished"), "{}", text(&managed));
+}

@@ -1,10 +1,14 @@
 //! Claims: the parts of the roads that are reserved for one robot each.
 //!
 //! A robot's claim reaches from where it was last seen to the end of its released base. The claims
-//! of two robots never conflict, whatever the times at which they drive: so robots never touch.
+//! of two robots never conflict, whatever the times at which they drive: so robots never touch. A
+//! claim enters a zone only if the zone's rule allows it.
+
+mod occupancy;
 
 use std::collections::VecDeque;
 
+use self::occupancy::Occupancy;
 use crate::roads::{Leg, RESOLUTION, Relation, Roads, Span};
 
 /// A stretch of a track that a robot claims, in driving order.
@@ -57,7 +61,7 @@ pub struct Reach {
 }
 
 /// All claims of a fleet.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Claims {
     /// By track.
     holders: Vec<Vec<Holder>>,
@@ -66,6 +70,7 @@ pub struct Claims {
     footprints: Vec<u16>,
     /// By robot: how often its claim has changed.
     versions: Vec<u64>,
+    occupancy: Occupancy,
     /// Whether conflicts are ignored.
     is_free: bool,
 }
@@ -78,8 +83,11 @@ impl Claims {
     pub fn new(roads: &Roads, conflicts: bool) -> Self {
         Self {
             holders: vec![Vec::new(); roads.conflicts().tracks()],
+            occupancy: Occupancy::new(roads),
             is_free: !conflicts,
-            ..Self::default()
+            stretches: Vec::new(),
+            footprints: Vec::new(),
+            versions: Vec::new(),
         }
     }
 
@@ -131,6 +139,9 @@ impl Claims {
             self.stretches.get_mut(robot as usize).and_then(VecDeque::pop_back)
         {
             self.drop_holder(stretch.track, robot);
+            for other in self.occupancy.leave(robot, stretch.track) {
+                self.versions[other as usize] += 1;
+            }
         }
     }
 
@@ -170,6 +181,7 @@ impl Claims {
         for _ in 0..index {
             if let Some(stretch) = self.stretches[robot as usize].pop_front() {
                 self.drop_holder(stretch.track, robot);
+                self.update_zones(roads, robot, stretch.track);
             }
         }
         let stretch = self.stretches[robot as usize][0];
@@ -189,6 +201,7 @@ impl Claims {
         while self.of(robot).len() > stretches.max(1) {
             if let Some(stretch) = self.stretches[robot as usize].pop_back() {
                 self.drop_holder(stretch.track, robot);
+                self.update_zones(roads, robot, stretch.track);
             }
         }
         if let Some(last) = self.end(robot).copied() {
@@ -215,7 +228,14 @@ impl Claims {
         if self.is_free {
             return Reach { metres: span.high, blocker: None };
         }
-        self.reach_past(roads, footprint, track, leg, span, |other| other != robot)
+        let mut reach = self.reach_past(roads, footprint, track, leg, span, |other| other != robot);
+        let stretch = Stretch { track, leg, from: span.low, to: span.high };
+        if let Some((metres, blocker)) = self.occupancy.limit(roads, robot, &stretch)
+            && metres - ROUNDING < reach.metres
+        {
+            reach = Reach { metres: metres - ROUNDING, blocker: Some(blocker) };
+        }
+        reach
     }
 
     /// Whether a robot of any footprint that drives along all of a leg touches none of these
@@ -341,11 +361,21 @@ impl Claims {
         self.holders[track as usize].retain(|holder| holder.robot != robot);
     }
 
+    /// Brings the zones of a track up to date after a robot's claim has changed there. Who waits for
+    /// a robot in a zone asks again when any robot has left it.
+    fn update_zones(&mut self, roads: &Roads, robot: u32, track: u32) {
+        let claim = &self.stretches[robot as usize];
+        for other in self.occupancy.update(roads, robot, track, claim) {
+            self.versions[other as usize] += 1;
+        }
+    }
+
     fn push(&mut self, roads: &Roads, robot: u32, stretch: Stretch) {
         self.versions[robot as usize] += 1;
         self.stretches[robot as usize].push_back(stretch);
         let holder = self.holder(roads, robot, &stretch);
         self.holders[stretch.track as usize].push(holder);
+        self.update_zones(roads, robot, stretch.track);
     }
 
     fn replace(&mut self, roads: &Roads, robot: u32, index: usize, stretch: Stretch) {
@@ -356,6 +386,7 @@ impl Claims {
         if let Some(held) = held {
             *held = holder;
         }
+        self.update_zones(roads, robot, stretch.track);
     }
 
     fn holder(&self, roads: &Roads, robot: u32, stretch: &Stretch) -> Holder {

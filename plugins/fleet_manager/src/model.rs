@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use parking_lot::Mutex;
+use regatta_plugin::World;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::WorldData;
 
@@ -76,6 +77,8 @@ pub struct Model {
     pub roads: Arc<Roads>,
     pub steering: Steering,
     outlines: Outlines,
+    /// Of each zone: how many robots may be on its edges at the same time.
+    zones: Vec<(u32, Vec<u32>)>,
     bodies: Vec<Body>,
     pub goals: Vec<Option<u32>>,
     /// Nodes that robots are sent to.
@@ -116,6 +119,7 @@ impl Model {
             stops: (0..roads.nodes()).filter(|&node| roads.arrival(node).is_some()).collect(),
             roads,
             outlines,
+            zones: zones(&view),
             bodies,
             goals: vec![None; count],
             random: Random(seed),
@@ -147,7 +151,7 @@ impl Model {
     /// Drives for some ticks. A robot that has arrived gets another goal.
     ///
     /// # Panics
-    /// If two robots touch.
+    /// If two robots touch, or more are in a zone than have room.
     pub fn run(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.cycle();
@@ -209,6 +213,7 @@ impl Model {
     }
 
     fn check(&self) {
+        self.check_zones();
         let outlines: Vec<Rectangle> =
             self.bodies.iter().map(|body| body.outline(&self.outlines)).collect();
         for (a, b) in (0..outlines.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
@@ -220,6 +225,26 @@ impl Model {
             );
         }
     }
+
+    fn check_zones(&self) {
+        for (capacity, edges) in &self.zones {
+            let seen = self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads));
+            let inside = seen.filter(|seen| {
+                let Some(edge) = seen.edge.filter(|edge| edges.contains(edge)) else {
+                    return false;
+                };
+                seen.s > 0.01 && seen.s < self.roads.edge(edge).length - 0.01
+            });
+            let inside = inside.count();
+            assert!(inside <= *capacity as usize, "tick {}: {inside} in {edges:?}", self.tick);
+        }
+    }
+}
+
+/// The capacities and edges of the zones of a world.
+fn zones(world: &World<'_>) -> Vec<(u32, Vec<u32>)> {
+    let zones = world.zones().iter();
+    zones.map(|zone| (zone.capacity, world.zone_edges(zone).to_vec())).collect()
 }
 
 /// The places where robots can stand at the start: the ends of edges, no two of which touch, in

@@ -11,6 +11,9 @@ mod stubs;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod zones;
+
+use std::sync::Arc;
 
 use glam::{Vec2, vec2};
 use regatta_base::rows::Rows;
@@ -26,6 +29,7 @@ pub use self::geometry::{Rectangle, Span};
 pub use self::stops::Stops;
 pub use self::stubs::Stubs;
 pub use self::sweep::{Sweep, SweptBox};
+pub use self::zones::{Rule, ZonePart, Zones};
 
 /// An edge that is driven in one gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -118,6 +122,7 @@ pub struct Roads {
     /// By edge.
     reservoirs: Vec<bool>,
     stubs: Stubs,
+    zones: Arc<Zones>,
 }
 
 /// The largest difference in radians between the headings of consecutive legs that robots drive
@@ -154,6 +159,7 @@ impl Roads {
             node_ids: world.nodes().iter().map(|node| node.id).collect(),
             positions: world.nodes().iter().map(|node| vec2(node.x, node.y)).collect(),
             levels: Levels::new(world),
+            zones: Arc::new(Zones::new(world, &edges)),
             arrivals: arrivals(&edges, world.nodes().len()),
             exits: exits(&edges, world.nodes().len()),
             edges,
@@ -253,6 +259,11 @@ impl Roads {
     /// Dead ends in which no two robots can pass each other.
     pub fn stubs(&self) -> &Stubs {
         &self.stubs
+    }
+
+    /// The zones with a rule.
+    pub fn zones(&self) -> &Arc<Zones> {
+        &self.zones
     }
 
     /// The legs that leave a node.

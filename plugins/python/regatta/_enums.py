@@ -52,7 +52,7 @@ class ZoneRule(IntEnum):
     CAPACITY = 0
     """At most ``capacity`` robots at the same time."""
     SAME_DIRECTION = 1
-    """Several robots only if all have entered along the same edge, in the same gear."""
+    """Several robots only if all have entered at the same node."""
 
 
 class Role(IntEnum):

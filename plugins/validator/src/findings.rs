@@ -1,5 +1,6 @@
 //! Findings, counted by kind, with examples.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use clap::ValueEnum;
@@ -55,10 +56,12 @@ pub enum Kind {
     ContradictoryRecords,
     /// A robot stopped because its battery was flat.
     FlatBattery,
+    /// More robots are in a zone than its rule allows, or robots from several sides.
+    Zone,
 }
 
 /// The number of kinds.
-const KINDS: usize = Kind::FlatBattery as usize + 1;
+const KINDS: usize = Kind::Zone as usize + 1;
 
 impl Kind {
     /// All kinds, in the order of reports.
@@ -120,7 +123,7 @@ pub struct Finding {
     /// Its duration in seconds (contacts only).
     pub duration_secs: Option<f64>,
     /// An explanation, if the kind alone isn't enough.
-    pub note: &'static str,
+    pub note: Cow<'static, str>,
 }
 
 impl Finding {
@@ -135,7 +138,7 @@ impl Finding {
             value: None,
             limit: None,
             duration_secs: None,
-            note: "",
+            note: Cow::Borrowed(""),
         }
     }
 }

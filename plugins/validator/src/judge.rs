@@ -16,6 +16,7 @@ use crate::orders::{Now, Orders};
 use crate::report::Report;
 use crate::stands::Stands;
 use crate::world_model::WorldModel;
+use crate::zones::Zones;
 use crate::{graph, motion};
 
 /// The times that orders and robots may wait, and the number of examples in the report.
@@ -70,6 +71,7 @@ pub struct Judge {
     types: Vec<u16>,
     tracks: Vec<Track>,
     contacts: Contacts,
+    zones: Zones,
     /// In the order of time.
     placed: VecDeque<Placed>,
     stands: Stands,
@@ -95,6 +97,7 @@ impl Judge {
             types: Vec::new(),
             tracks: Vec::new(),
             contacts: Contacts::default(),
+            zones: Zones::default(),
             placed: VecDeque::new(),
             stands: Stands::default(),
             orders: Orders::default(),
@@ -113,6 +116,7 @@ impl Judge {
     /// Takes the route graph and the robot types, in place of those before.
     pub fn take_world(&mut self, world: &World<'_>) {
         self.world = WorldModel::new(world);
+        self.zones = Zones::default();
         // The indices of edges may have changed.
         self.forget_places();
     }
@@ -237,6 +241,7 @@ impl Judge {
         self.orders.has_gaps |= frame.tick() > 1;
         self.tracks.clear();
         self.stands = Stands::default();
+        self.zones = Zones::default();
         self.run = Some(frame.run_id());
         self.now = Now { tick: frame.tick(), ..Now::default() };
         self.began_secs = frame.header().sim_time_nanos as f64 * 1e-9;
@@ -247,6 +252,7 @@ impl Judge {
         self.tracks.resize(frame.len(), Track::NEW);
         self.stands.begin_frame(frame.len(), frame.tick(), ticks);
         self.bodies.clear();
+        self.zones.begin_frame(&self.world);
         let columns = frame.columns();
         for robot in 0..frame.len() {
             let row = Row {
@@ -259,6 +265,7 @@ impl Judge {
             };
             self.judge_robot(robot, &row, gap);
         }
+        self.zones.judge(&self.world, self.now, &mut self.findings);
         let world = &self.world;
         self.contacts.take(&self.bodies, self.report.frames, self.now, gap.seconds, |robot| {
             world.edge_id(*columns.edge.get(robot as usize)?)
@@ -298,6 +305,7 @@ impl Judge {
             }
             track.before = Some(*row);
             self.stands.take(robot, self.now.tick, row);
+            self.zones.take(world, robot as u32, row);
             self.bodies.push(robot_type.body(robot as u32, row, world.level(row.edge)));
         } else {
             self.stands.take_absent(robot);

@@ -19,6 +19,7 @@ mod plugin;
 mod report;
 mod stands;
 mod world_model;
+mod zones;
 
 pub use findings::{Finding, Kind};
 pub use judge::{Judge, Settings};

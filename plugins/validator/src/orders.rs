@@ -374,7 +374,7 @@ impl Check<'_> {
     }
 
     fn report(&mut self, kind: Kind, note: &'static str) {
-        self.add(kind, |finding| Finding { note, ..finding });
+        self.add(kind, |finding| Finding { note: note.into(), ..finding });
     }
 
     /// Adds a finding about the record, with the details that `complete` fills in.

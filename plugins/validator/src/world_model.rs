@@ -9,6 +9,7 @@ use regatta_plugin::world::{
 
 use crate::contacts::Body;
 use crate::motion::Row;
+use crate::zones::ZoneTable;
 
 /// The distance between two samples of a curve, in metres, at which the search for a sufficient
 /// resolution begins.
@@ -29,6 +30,7 @@ pub(crate) struct WorldModel {
     pub nodes: Vec<NodeRecord>,
     edges: Vec<Edge>,
     levels: Levels,
+    pub zones: ZoneTable,
     /// At least one.
     pub robot_types: Vec<RobotType>,
     /// All legs, sorted by the node that they leave.
@@ -120,8 +122,8 @@ impl WorldModel {
         if robot_types.is_empty() {
             robot_types.push(RobotType::new(RobotTypeRecord::new("unknown", 0.9, 0.6)));
         }
-        let levels = Levels::new(world);
-        Self { nodes, edges, levels, robot_types, legs, first_legs, max_speed }
+        let (levels, zones) = (Levels::new(world), ZoneTable::new(world));
+        Self { nodes, edges, levels, zones, robot_types, legs, first_legs, max_speed }
     }
 
     /// Returns the legs that leave a node.
@@ -151,6 +153,13 @@ impl WorldModel {
     /// 0.9 m × 0.6 m without limits.
     pub fn robot_type(&self, index: usize) -> &RobotType {
         self.robot_types.get(index).unwrap_or(&self.robot_types[0])
+    }
+
+    /// Returns the distance of a robot from a node, by its index, in metres; infinite if there is
+    /// none.
+    pub fn distance_to_node(&self, node: u32, row: &Row) -> f64 {
+        let node = self.nodes.get(node as usize);
+        node.map_or(f64::INFINITY, |node| row.distance_to(Vec2::new(node.x, node.y)))
     }
 
     /// Returns the position of the node with an id.

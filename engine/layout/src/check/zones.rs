@@ -9,7 +9,7 @@ use crate::model::raw::RawZone;
 use crate::model::route_graph::RouteGraph;
 use crate::model::tags::Tags;
 use crate::model::value::shorten;
-use crate::model::zones::Zone;
+use crate::model::zones::{Zone, ZoneRule};
 
 /// The members of zones, by name.
 #[derive(Default)]
@@ -44,6 +44,9 @@ pub(super) fn check_zones(
                 Some(edge) => drop(members.edges.insert(edge)),
                 None => report_unknown(zone, &format!("edge {id}"), report),
             }
+        }
+        if zone.rule == ZoneRule::SameDirection {
+            add_inner_nodes(&mut members, graph);
         }
         let Members { nodes, edges } = members;
         if nodes.is_empty() && edges.is_empty() {
@@ -81,6 +84,15 @@ fn tagged<'raw>(raw: &'raw [RawZone], graph: &RouteGraph) -> BTreeMap<&'raw str,
         }
     }
     tagged
+}
+
+/// Adds the nodes where two or more of the edges meet: a robot that stands there hasn't left.
+fn add_inner_nodes(members: &mut Members, graph: &RouteGraph) {
+    let edges = members.edges.iter().map(|&edge| graph.edge(edge));
+    let mut ends: Vec<NodeIndex> = edges.flat_map(|edge| [edge.origin, edge.destination]).collect();
+    ends.sort_unstable();
+    let inner = ends.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
+    members.nodes.extend(inner);
 }
 
 fn zone_of(tags: Option<&Tags>) -> Option<&str> {

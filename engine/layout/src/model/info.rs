@@ -34,6 +34,8 @@ pub struct Info {
     pub weak_components: ComponentSummary,
     /// The strongly connected components.
     pub strong_components: ComponentSummary,
+    /// The number of zones with a rule for the robots in them.
+    pub zones: usize,
 }
 
 /// The lengths of edges in metres.
@@ -108,6 +110,7 @@ impl Info {
             reverse_speed: Some(Range::of(reverse)).filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
             strong_components: ComponentSummary::of(&Components::strong(graph)),
+            zones: graph.zones().len(),
         }
     }
 }
@@ -210,7 +213,11 @@ impl fmt::Display for Info {
             "components  {}, {} strong",
             self.weak_components.count, self.strong_components.count
         )?;
-        writeln!(f, " (the largest has {} nodes)", self.strong_components.largest)
+        writeln!(f, " (the largest has {} nodes)", self.strong_components.largest)?;
+        if self.zones > 0 {
+            writeln!(f, "zones       {} with a rule, which the fleet manager keeps", self.zones)?;
+        }
+        Ok(())
     }
 }
 

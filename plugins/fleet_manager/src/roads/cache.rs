@@ -100,7 +100,8 @@ fn forget_old(folder: &Path) -> std::io::Result<()> {
 /// Returns a hash of everything that the roads depend on.
 fn key(world: &World<'_>) -> u128 {
     let mut hash = Xxh3::new();
-    let lengths = [world.nodes().len(), world.edges().len(), world.robot_types().len()];
+    let lengths =
+        [world.nodes().len(), world.edges().len(), world.robot_types().len(), world.zones().len()];
     add(&mut hash, &[VERSION]);
     add(&mut hash, &lengths.map(|length| length as u32));
     for node in world.nodes() {
@@ -113,6 +114,11 @@ fn key(world: &World<'_>) -> u128 {
         for point in world.curves(edge).iter().flat_map(|curve| curve.control_points) {
             add(&mut hash, &point.map(f32::to_bits));
         }
+    }
+    for zone in world.zones() {
+        add(&mut hash, &[zone.rule, zone.capacity, zone.nodes, zone.edges]);
+        add(&mut hash, world.zone_nodes(zone));
+        add(&mut hash, world.zone_edges(zone));
     }
     for class in world.robot_types() {
         let sizes = [class.length, class.width, class.max_rotation_speed];

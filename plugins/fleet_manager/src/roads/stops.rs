@@ -2,7 +2,8 @@
 //!
 //! A place of an edge is *open* if a robot that stands there blocks only the edge itself, and edges
 //! that lead straight into or out of it. A node is a *siding* if a robot that stands there is only
-//! in the way of edges that meet there.
+//! in the way of edges that meet there. No place in a zone for one robot is either: a robot enters it
+//! if it can drive through.
 
 use regatta_base::rows::Rows;
 
@@ -116,6 +117,9 @@ fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<S
             Relation::Into(_) | Relation::From(_) => None,
         })
         .collect();
+    let zones = roads.zones();
+    let exclusive = zones.parts(edge).iter().filter(|part| zones.is_exclusive(part.zone));
+    spans.extend(exclusive.map(|part| part.span));
     spans.sort_unstable_by(|a, b| a.low.total_cmp(&b.low));
     let mut merged: Vec<Span> = Vec::new();
     for span in spans {
@@ -130,6 +134,11 @@ fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<S
 fn is_siding(roads: &Roads, footprint: usize, leg: Leg) -> bool {
     let node = roads.end(leg);
     let place = if leg.is_reverse() { 0.0 } else { roads.edge(leg.edge()).length };
+    let zones = roads.zones();
+    let mut parts = zones.parts(leg.edge()).iter();
+    if parts.any(|part| zones.is_exclusive(part.zone) && part.span.contains(place)) {
+        return false;
+    }
     (0..roads.footprints().len()).all(|other| {
         roads.conflicts().of(footprint, other, leg.edge()).all(|(track, relation)| match relation {
             Relation::Crossing { own, .. } => !own.contains(place) || meets(roads, track, node),

@@ -2,10 +2,11 @@
 //! another.
 
 use proptest::prelude::*;
+use regatta_plugin::world::ZoneRecord;
 
 use super::Settings;
-use crate::model::{Model, worlds};
-use crate::planner::{Lanes, LanesSettings};
+use crate::model::{Model, places, worlds};
+use crate::planner::{Lanes, LanesSettings, PlannerKind};
 use crate::roads::Leg;
 
 const SIDE: u32 = 4;
@@ -34,6 +35,23 @@ proptest! {
     fn robots_never_touch(robots in 2_u32..20, seed: u64, turns: bool, stalls in 0_u32..30) {
         drive([robots, 0], seed, turns, stalls, 600);
     }
+}
+
+/// Robots on streets, some of which are a zone.
+#[test]
+fn a_zone_is_entered_only_while_it_has_room() {
+    let mut arrivals = Vec::new();
+    for (capacity, seed) in [(1, 1), (1, 2), (1, 3), (2, 4), (3, 5)] {
+        let mut world = worlds::streets(SIDE, SPACING, false);
+        let zone = ZoneRecord { capacity, ..ZoneRecord::default() };
+        world.add_zone(zone, [], [0, 1, 5, 6, 7, 12, 13]);
+        let starts = places(&world, 6, seed);
+        let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 6).0;
+        let mut model = Model::new(&world, &starts, seed, Settings::default(), lanes);
+        model.run(3_000);
+        arrivals.push(model.total());
+    }
+    assert!(arrivals.iter().all(|&count| count > 20), "{arrivals:?} arrivals in five minutes");
 }
 
 #[test]

@@ -5,7 +5,9 @@ use regatta_plugin::frame::{
     ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
 };
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData, ZoneRecord,
+};
 
 use super::*;
 
@@ -237,6 +239,43 @@ fn robots_on_two_levels_are_never_in_contact() {
         show(&mut judge, 0, &edges.map(at));
         assert_eq!(judge.contacts(), contacts, "on the edges {edges:?}");
     }
+}
+
+#[test]
+fn a_zone_has_room_for_so_many_robots() {
+    let mut world = world();
+    let name = world.texts.add("door");
+    world.add_zone(ZoneRecord { name, capacity: 1, ..ZoneRecord::default() }, [1], [0]);
+    let mut judge = judge();
+    judge.take_world(&world.view(7, 1));
+    // Node 2, the end of edge 10, is in the zone; edge 11, which leaves it, isn't.
+    let places = [(0, 3.0), (1, 0.0), (1, 0.5), (1, 0.0), (1, 0.5)];
+    for (tick, (edge, s)) in (0..).zip(places) {
+        show(&mut judge, tick, &[on(0, 8.0, 0.0), on(edge, s, 0.0)]);
+    }
+    let report = judge.finish();
+    let zone = report.found().find(|report| report.kind == Kind::Zone).expect("two breaches");
+    assert_eq!((zone.count, zone.examples[1].tick), (2, 3));
+    assert_eq!(
+        (&*zone.examples[0].note, &zone.examples[0].robots[..]),
+        ("2 in zone `door`, which has room for 1", &[0, 1][..])
+    );
+}
+
+#[test]
+fn robots_in_a_zone_of_one_direction_have_entered_at_one_node() {
+    let mut world = world();
+    world.add_zone(ZoneRecord { rule: 1, ..ZoneRecord::default() }, [], [0]);
+    let count = |second: Row| {
+        let mut judge = judge();
+        judge.take_world(&world.view(7, 1));
+        for tick in 0..3 {
+            show(&mut judge, tick, &[on(0, 2.0, 0.0), second]);
+        }
+        judge.finish().count(Kind::Zone)
+    };
+    assert_eq!((count(on(0, 8.0, 0.0)), count(on(1, 0.5, 0.0))), (0, 0));
+    assert_eq!(count(on(0, 8.0, -0.5)), 1, "it comes from the other end");
 }
 
 /// Records of one order: tick, and what happened.

@@ -40,7 +40,7 @@ numbered! {
         /// At most [`capacity`](ZoneRecord::capacity) robots at the same time.
         #[default]
         Capacity = 0,
-        /// Several robots only if all have entered along the same edge, in the same gear.
+        /// Several robots only if all have entered at the same node.
         SameDirection = 1,
     }
 }

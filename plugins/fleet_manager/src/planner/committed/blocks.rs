@@ -49,6 +49,7 @@ fn blocked(roads: &Roads, footprint: usize, place: &Stretch) -> Vec<Key> {
     let mut keys = Vec::new();
     add_track(roads, place.track, &mut keys);
     let s = metres_from_origin(roads, place);
+    add_zones(roads, place.track, s, &mut keys);
     let length = roads.conflicts().length(place.track);
     for other in 0..roads.footprints().len() {
         for (track, relation) in roads.conflicts().of(footprint, other, place.track) {
@@ -65,6 +66,17 @@ fn blocked(roads: &Roads, footprint: usize, place: &Stretch) -> Vec<Key> {
     keys.sort_unstable();
     keys.dedup();
     keys
+}
+
+/// Adds all tracks of the zones for one robot that a place is in.
+fn add_zones(roads: &Roads, track: u32, s: f32, keys: &mut Vec<Key>) {
+    for part in roads.zones().parts(track).iter().filter(|part| part.span.contains(s)) {
+        if roads.zones().is_exclusive(part.zone) {
+            for &track in roads.zones().tracks(part.zone) {
+                add_track(roads, track, keys);
+            }
+        }
+    }
 }
 
 /// Adds both legs of an edge, or the place of a node.
@@ -96,6 +108,9 @@ pub fn blocks_rest(
     if place.track == leg.edge() {
         return along(s) >= from;
     }
+    if is_in_zone_ahead(roads, (leg, from), (place.track, s)) {
+        return true;
+    }
     let other_length = roads.conflicts().length(place.track);
     roads.conflicts().of(footprint, other, leg.edge()).any(|(track, relation)| {
         track == place.track
@@ -107,5 +122,18 @@ pub fn blocks_rest(
                 Relation::Into(apart) => !leg.is_reverse() && s < apart,
                 Relation::From(apart) => leg.is_reverse() && other_length - s < apart,
             }
+    })
+}
+
+/// Whether a place is in a zone for one robot that a robot would enter which drives on along a leg.
+fn is_in_zone_ahead(roads: &Roads, (leg, from): (Leg, f32), (track, s): (u32, f32)) -> bool {
+    let zones = roads.zones();
+    let mut here = zones.parts(track).iter();
+    here.any(|part| {
+        let is_held = part.span.contains(s) && zones.is_exclusive(part.zone);
+        let mut ahead = zones.parts(leg.edge()).iter();
+        is_held
+            && ahead
+                .any(|other| other.zone == part.zone && other.driven(roads, Some(leg)).low > from)
     })
 }
