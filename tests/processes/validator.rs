@@ -110,7 +110,7 @@ fn the_manager_keeps_a_zone_and_robots_without_one_do_not() {
         let args = ["--in-process", "--simulated", "3min"];
         Process::start(regatta().arg("run").arg(&file).args(args)).finish()
     };
-    let alone = run("- {route: [1, 2], repeat: true}\n- {route: [3, 4], repeat: true}\n", "");
+    let alone = run("- {route: [1, 2], repeat: loop}\n- {route: [3, 4], repeat: loop}\n", "");
     assert!(!alone.status.success(), "{}", text(&alone));
     assert!(text(&alone).contains("2 in zone `door`, which has room for 1"), "{}", text(&alone));
     let manager = "- {name: fleet-manager, args: [--orders, orders.yaml]}\n";
