@@ -193,7 +193,9 @@ impl FrameContext<'_> {
         if !levels.are_several() {
             return true;
         }
-        let [a, b] = [a, b].map(|robot| levels.of_edge(self.columns.edge[robot.id as usize]));
+        let Columns { edge, s, .. } = self.columns;
+        let [a, b] = [a, b].map(|robot| robot.id as usize);
+        let [a, b] = [a, b].map(|row| levels.of_robot(edge[row], s[row]));
         a.may_meet(b)
     }
 

@@ -137,6 +137,10 @@ impl Manager {
 
     fn see(&mut self, columns: &Columns<'_>, robot_types: &[f32]) {
         self.present.clear();
+        // The producer has taken the last rows away.
+        for robot in columns.state.len()..self.progress.len() {
+            self.lose(robot as u32);
+        }
         self.progress.resize(columns.state.len(), Progress::Free);
         for robot in 0..columns.state.len() {
             let state = RobotState::from_number(columns.state[robot]);

@@ -306,7 +306,7 @@ impl Judge {
             track.before = Some(*row);
             self.stands.take(robot, self.now.tick, row);
             self.zones.take(world, robot as u32, row);
-            self.bodies.push(robot_type.body(robot as u32, row, world.level(row.edge)));
+            self.bodies.push(robot_type.body(robot as u32, row, world.level(row)));
         } else {
             self.stands.take_absent(robot);
             faults.push(Fault { kind: Kind::InvalidPose, value: 0.0, limit: 0.0 });

@@ -139,9 +139,9 @@ impl WorldModel {
         self.edges.get(edge as usize)
     }
 
-    /// Returns the level of a robot on an edge.
-    pub fn level(&self, edge: u32) -> Level {
-        self.levels.of_edge(edge)
+    /// Returns the level of a robot.
+    pub fn level(&self, row: &Row) -> Level {
+        self.levels.of_robot(row.edge, row.s)
     }
 
     /// Returns the id of an edge.

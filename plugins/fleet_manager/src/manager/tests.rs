@@ -6,6 +6,7 @@ use regatta_plugin::world::EdgeRecord;
 
 use crate::model::managed::Managed;
 use crate::model::worlds;
+use crate::planner::PlannerKind;
 use regatta_orders::OrderId;
 
 /// A block with one way in and one way out, and streets round it.
@@ -15,7 +16,7 @@ const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{
 fn breakdowns_that_are_repaired_only_delay_orders() {
     let world = worlds::streets(6, 6.0, true);
     for seed in 1..4 {
-        let mut fleet = Managed::new(&world, 12, seed, LOAD);
+        let mut fleet = Managed::new(&world, 12, seed, LOAD, PlannerKind::Lanes);
         // Two breakdowns of each robot in an hour, of two minutes each.
         fleet.run(72_000, 56, 1_200);
         let figures = fleet.manager.orders().figures(7_200.0);
@@ -30,6 +31,36 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
         let open = fleet.manager.orders().figures(8_400.0).orders;
         assert_eq!(open.unroutable, 0, "{created:?} {open:?}");
         assert!(open.waiting < 10, "{created:?} {open:?}");
+    }
+}
+
+/// A track that is driven both ways, with so few orders that robots are idle now and then, are sent
+/// aside, and get orders on their way.
+#[test]
+fn orders_on_a_single_track_are_carried_out_in_spite_of_breakdowns() {
+    let load = "load: {seed: 3, generators: [{name: a, per_hour: 60, dwell: {min: 2, max: 30}}]}";
+    let world = worlds::single_track(7);
+    for (robots, seed) in [(2, 1), (3, 2), (4, 3), (4, 4)] {
+        let mut fleet = Managed::new(&world, robots, seed, load, PlannerKind::Committed);
+        fleet.run(36_000, 56, 600);
+        fleet.run(6_000, 0, 0);
+        let orders = fleet.manager.orders().figures(4_200.0).orders;
+        assert!(orders.finished > 45 && orders.waiting < 10, "{robots} {seed}: {orders:?}");
+        assert_eq!((orders.failed, orders.unroutable), (0, 0), "{robots} {seed}: {orders:?}");
+    }
+}
+
+#[test]
+fn robots_whose_rows_are_gone_are_in_nobodys_way() {
+    for planner in [PlannerKind::Lanes, PlannerKind::Committed] {
+        let load = "load: {seed: 3, generators: [{name: a, endless: robots}]}";
+        let mut fleet = Managed::new(&worlds::single_track(7), 4, 2, load, planner);
+        fleet.run(1_000, 0, 0);
+        fleet.keep(1);
+        let before = fleet.manager.orders().figures(100.0).orders.finished;
+        fleet.run(12_000, 0, 0);
+        let orders = fleet.manager.orders().figures(1_300.0).orders;
+        assert!(orders.finished > before + 10, "{planner:?}: {before}, then {orders:?}");
     }
 }
 
@@ -48,7 +79,7 @@ fn nobody_enters_an_edge_that_is_closed_by_command() {
     assert_eq!(leading_to(23).count(), 1);
     for (edge, is_only) in [(detour, false), (only, true)] {
         let closed = &[ClosedEdge { edge: edge.id }];
-        let mut fleet = Managed::new(&world, 12, 1, LOAD);
+        let mut fleet = Managed::new(&world, 12, 1, LOAD, PlannerKind::Lanes);
         fleet.run(6_000, 0, 0);
         let finished =
             |fleet: &Managed, secs: f64| fleet.manager.orders().figures(secs).orders.finished;
@@ -87,7 +118,7 @@ fn nobody_enters_an_edge_that_is_closed_by_command() {
 #[test]
 fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
     let world = worlds::streets(6, 6.0, true);
-    let mut fleet = Managed::new(&world, 12, 1, LOAD);
+    let mut fleet = Managed::new(&world, 12, 1, LOAD, PlannerKind::Lanes);
     fleet.run(3_000, 0, 0);
     let ask = |fleet: &mut Managed, request| fleet.manager.request(&request, 1).answer();
     let node = world.nodes[14].id;

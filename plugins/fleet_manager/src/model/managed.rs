@@ -8,9 +8,8 @@ use regatta_plugin::world::WorldData;
 use super::body::{Body, Outlines};
 use super::{Command, Random, Seen, TICK_SECS, places};
 use crate::manager::Manager;
-use crate::planner::{Backstop, BackstopSettings, Lanes, LanesSettings};
+use crate::planner::PlannerKind;
 use crate::roads::Roads;
-use crate::steering::Settings;
 use regatta_orders::{Load, OrderPool, Places};
 
 /// A fleet under a manager.
@@ -27,18 +26,23 @@ pub struct Managed {
 
 impl Managed {
     /// Puts robots anywhere in a world, under a load.
-    pub fn new(world: &WorldData, robots: usize, seed: u64, load: &str) -> Self {
+    pub fn new(
+        world: &WorldData,
+        robots: usize,
+        seed: u64,
+        load: &str,
+        planner: PlannerKind,
+    ) -> Self {
         let view = world.view(1, 1);
         let roads = Arc::new(Roads::new(&view));
         let known = Arc::new(Places::of(&view));
         let mut orders = OrderPool::new(known.clone());
         orders.add_load(&Load::parse(load, &known).expect("a load"));
-        let lanes = Box::new(Lanes::new(&roads, LanesSettings::default()));
-        let planner = Box::new(Backstop::new(lanes, BackstopSettings::default()));
+        let (planner, settings) = planner.planner(&roads, robots);
         let outlines = Outlines::new(&view);
         let starts = places(world, robots, seed);
         Self {
-            manager: Manager::new(roads.clone(), planner, Settings::default(), orders),
+            manager: Manager::new(roads.clone(), planner, settings, orders),
             roads,
             bodies: starts
                 .into_iter()
@@ -55,6 +59,12 @@ impl Managed {
     pub fn edges(&self) -> Vec<u32> {
         let seen = self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads));
         seen.map(|seen| seen.edge.map_or(u32::MAX, |edge| self.roads.edge(edge).id)).collect()
+    }
+
+    /// Takes the robots with the highest ids away, and their rows of frames.
+    pub fn keep(&mut self, robots: usize) {
+        self.bodies.truncate(robots);
+        self.broken.truncate(robots);
     }
 
     /// Drives for some ticks. Of a million robots, `breakdowns` break down in a tick, and are

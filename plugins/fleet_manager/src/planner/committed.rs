@@ -114,8 +114,9 @@ impl Committed {
         !commitment.way.is_empty() || end.to < traffic.roads.conflicts().length(end.track)
     }
 
-    /// Brings the commitments up to date.
-    fn follow(&mut self, traffic: &Traffic<'_>) {
+    /// Brings the commitments up to date. Returns whether some can't be kept.
+    fn follow(&mut self, traffic: &Traffic<'_>) -> bool {
+        let before = self.counts.dropped;
         self.commitments.resize(traffic.robots.len(), None);
         for (robot, commitment) in (0..).zip(&mut self.commitments) {
             let Some(some) = commitment else { continue };
@@ -133,6 +134,7 @@ impl Committed {
                 self.counts.dropped += 1;
             }
         }
+        self.counts.dropped > before
     }
 
     /// Counts the ways that lead over each key.
@@ -207,9 +209,11 @@ impl Committed {
 impl Planner for Committed {
     fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         self.times.begin();
-        self.follow(traffic);
-        if traffic.now >= self.next_round {
+        let are_lost = self.follow(traffic);
+        if are_lost || traffic.now >= self.next_round {
             self.drop_stuck(traffic);
+        }
+        if traffic.now >= self.next_round {
             self.commit_lost(traffic, plans);
             self.settle(traffic, plans);
         }

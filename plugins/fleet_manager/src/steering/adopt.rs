@@ -57,7 +57,10 @@ impl Steering {
     /// Revokes the grants of a robot whose command was refused. The robot is stopped, and then
     /// claims only its place.
     pub fn take_back(&mut self, robot: u32) {
-        if let Some(state) = self.robot_mut(robot) {
+        // All commands of a robot in one tick are refused for the same reason.
+        if let Some(state) = self.robot_mut(robot)
+            && !state.is_adopted()
+        {
             // A frame doesn't tell in which gear a robot drove that stands on an edge.
             state.is_backing = !state.is_backing;
             self.adopt(robot);

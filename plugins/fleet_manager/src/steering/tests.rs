@@ -54,6 +54,22 @@ fn a_zone_is_entered_only_while_it_has_room() {
     assert!(arrivals.iter().all(|&count| count > 20), "{arrivals:?} arrivals in five minutes");
 }
 
+/// A robot that is taken over within an edge, though it drove in reverse gear, has its commands
+/// refused: both of a tick at once.
+#[test]
+fn refusals_of_one_tick_change_the_gear_once() {
+    let world = worlds::streets(SIDE, SPACING, true);
+    let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 1).0;
+    let starts = [(Leg::new(0, false), 1.0)];
+    let mut model = Model::new(&world, &starts, 1, Settings::default(), lanes);
+    model.run(20);
+    let is_backing = |model: &Model| model.steering.robot(0).expect("a robot").is_backing;
+    let before = is_backing(&model);
+    model.steering.take_back(0);
+    model.steering.take_back(0);
+    assert_ne!(is_backing(&model), before);
+}
+
 #[test]
 fn robots_arrive() {
     for turns in [false, true] {

@@ -19,12 +19,24 @@ impl Level {
     }
 }
 
+/// The distance from the end of an edge, in metres, up to which a robot stands at the node there.
+const AT_NODE: f32 = 2e-3;
+
 /// The levels of a world's nodes and edges.
 #[derive(Clone, Debug, Default)]
 pub struct Levels {
     nodes: Vec<Level>,
-    edges: Vec<Level>,
+    edges: Vec<EdgeLevels>,
     count: usize,
+}
+
+/// The levels along an edge.
+#[derive(Clone, Copy, Debug)]
+struct EdgeLevels {
+    /// At its origin, between, and at its destination.
+    parts: [Level; 3],
+    /// Metres.
+    length: f32,
 }
 
 impl Levels {
@@ -45,11 +57,12 @@ impl Levels {
         let edges = world.edges().iter().map(|edge| {
             let (own, from, to) =
                 (level(edge.level), of_node(edge.origin), of_node(edge.destination));
-            match own {
+            let between = match own {
                 _ if !from.may_meet(to) => Level::ANY,
                 Level::ANY if from == to => from,
                 own => own,
-            }
+            };
+            EdgeLevels { parts: [from, between, to], length: edge.length }
         });
         let edges = edges.collect();
         Self { nodes, edges, count: numbers.len() }
@@ -67,7 +80,21 @@ impl Levels {
 
     /// The level of an edge, by its index; [`Level::ANY`] if there is no such edge.
     pub fn of_edge(&self, edge: u32) -> Level {
-        self.edges.get(edge as usize).copied().unwrap_or_default()
+        self.edges.get(edge as usize).map_or(Level::ANY, |edge| edge.parts[1])
+    }
+
+    /// The level of a robot on an edge, by its index, `s` metres from the edge's origin: a robot at
+    /// the end of a lift has left it.
+    pub fn of_robot(&self, edge: u32, s: f32) -> Level {
+        let Some(EdgeLevels { parts, length }) = self.edges.get(edge as usize) else {
+            return Level::ANY;
+        };
+        let [from, between, to] = *parts;
+        match between {
+            Level::ANY if s <= AT_NODE => from,
+            Level::ANY if s >= length - AT_NODE => to,
+            between => between,
+        }
     }
 }
 
@@ -87,7 +114,8 @@ mod tests {
         for (origin, destination, level) in
             [(0, 1, 0), (2, 3, offsets[1]), (1, 2, offsets[0]), (4, 0, 0), (4, 0, offsets[0])]
         {
-            let edge = EdgeRecord { origin, destination, level, ..EdgeRecord::default() };
+            let edge =
+                EdgeRecord { origin, destination, level, length: 1.0, ..EdgeRecord::default() };
             world.add_edge(edge, [CurveRecord::straight([0.0, 0.0], [1.0, 0.0])]);
         }
         let levels = Levels::new(&world.view(1, 1));
@@ -96,6 +124,8 @@ mod tests {
         assert!(lift.may_meet(first) && lift.may_meet(second), "a lift joins both");
         assert_eq!((lift, stub, named), (Level::ANY, Level::ANY, first));
         assert!(levels.are_several());
+        let along = [0.0, 0.5, 1.0].map(|s| levels.of_robot(2, s));
+        assert_eq!(along, [first, Level::ANY, second], "along the lift");
         assert_eq!(levels.of_edge(99), Level::ANY, "a robot on no edge");
         assert!(!Levels::new(&World::default()).are_several());
     }

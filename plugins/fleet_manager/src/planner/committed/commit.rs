@@ -118,10 +118,15 @@ impl Committed {
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let start = Start { robot, last, node };
-        let is_there = self.commitment(robot).is_some_and(|way| {
-            near.first().is_some_and(|(_, nearest)| *nearest == way.end) && way.goal.is_none()
-        });
-        if is_there {
+        let nearest = near.first().map(|(_, nearest)| *nearest);
+        if let Some(way) = &mut self.commitments[robot as usize]
+            && Some(way.end) == nearest
+            && way.goal.is_none()
+        {
+            if state.needs_route() {
+                way.sent = way.way.len();
+                plans.route(robot, way.way.clone());
+            }
             return true;
         }
         for (_, rest) in near.into_iter().take(MOST_TRIES) {

@@ -72,6 +72,7 @@ impl Committed {
             let Some(commitment) = self.commitment(robot) else { continue };
             match traffic.robot(robot).and_then(Robot::goal) {
                 Some(_) => plans.route(robot, commitment.way[..commitment.sent].to_vec()),
+                None if traffic.robot(robot).is_some_and(Robot::is_pinned) => {}
                 None => plans.evicted.push((robot, commitment.end)),
             }
         }

@@ -21,18 +21,22 @@ pub struct Rests {
 }
 
 impl Rests {
-    /// Finds rest places: dead ends first, then nodes with little traffic. A node becomes one if,
-    /// with robots on all rest places, every other node of the main part of the roads can still be
-    /// reached from every other one, and each rest place from there and back.
+    /// Finds rest places in each part of the roads: dead ends first, then nodes with little traffic.
+    /// A node becomes one if, with robots on all rest places, every other node of its part can still
+    /// be reached from every other one, and each rest place from there and back.
     pub fn new(roads: &Roads, blocks: &mut Blocks) -> Self {
         let mut search = Search::new(roads, blocks);
         let mut steps = 0;
-        for node in candidates(roads, &search.core) {
-            if steps > MOST_STEPS {
-                break;
+        for part in search.parts() {
+            search.rests.clear();
+            search.core = part;
+            for node in candidates(roads, &search.core) {
+                if steps > MOST_STEPS {
+                    break;
+                }
+                steps += 3 * roads.edges().len();
+                search.try_node(node);
             }
-            steps += 3 * roads.edges().len();
-            search.try_node(node);
         }
         let count = search.is_rest.iter().filter(|is_rest| **is_rest).count();
         Self { is_rest: search.is_rest, count }
@@ -49,7 +53,7 @@ impl Rests {
     }
 }
 
-/// Returns the nodes of the main part in the order in which they are tried.
+/// Returns the nodes of a part in the order in which they are tried.
 fn candidates(roads: &Roads, core: &[bool]) -> Vec<u32> {
     let traffic = traffic(roads, core);
     let mut candidates: Vec<u32> = (0..roads.nodes()).filter(|&node| core[node as usize]).collect();
@@ -105,7 +109,7 @@ struct Search<'a> {
     blocks: &'a mut Blocks,
     /// By node: the legs that lead there.
     arrivals: Vec<Vec<Leg>>,
-    /// By node: whether it belongs to the main part of the roads, and is no rest place.
+    /// By node: whether it belongs to the part of the roads that is searched, and is no rest place.
     core: Vec<bool>,
     is_rest: Vec<bool>,
     /// With the legs that a robot on them blocks, in ascending order.
@@ -125,35 +129,28 @@ impl<'a> Search<'a> {
         let nodes = roads.nodes() as usize;
         let blocked = vec![0; 2 * roads.edges().len()];
         let (is_rest, rests) = (vec![false; nodes], Vec::new());
-        let mut search =
-            Self { roads, blocks, arrivals, core: vec![true; nodes], is_rest, rests, blocked };
-        search.core = search.main_part();
-        search
+        Self { roads, blocks, arrivals, core: vec![true; nodes], is_rest, rests, blocked }
     }
 
-    /// The largest set of nodes that all can be reached from each other: by node.
-    fn main_part(&self) -> Vec<bool> {
+    /// The parts of the roads: sets of nodes that all can be reached from each other, by node;
+    /// without nodes that are a part of their own.
+    fn parts(&self) -> Vec<Vec<bool>> {
         let nodes = self.roads.nodes() as usize;
-        let mut best = vec![false; nodes];
-        let (mut most, mut done) = (0, vec![false; nodes]);
+        let (mut parts, mut done) = (Vec::new(), vec![false; nodes]);
         for node in 0..nodes as u32 {
             if done[node as usize] {
                 continue;
             }
             let (there, back) = (self.reached(node, false), self.reached(node, true));
             let both: Vec<bool> = there.iter().zip(&back).map(|(a, b)| *a && *b).collect();
-            let count = both.iter().filter(|is_both| **is_both).count();
             for (done, is_both) in done.iter_mut().zip(&both) {
                 *done |= *is_both;
             }
-            if count > most {
-                (most, best) = (count, both);
-            }
-            if 2 * most >= nodes {
-                break;
+            if both.iter().filter(|is_both| **is_both).count() > 1 {
+                parts.push(both);
             }
         }
-        best
+        parts
     }
 
     /// The nodes of the core that can be reached from one, or from which it can be reached.

@@ -196,8 +196,9 @@ impl Committed {
         state: &Robot,
         plans: &mut Plans,
     ) {
+        let has_route = !state.needs_route() && !state.horizon.is_empty();
         let goes_on = self.goes_on(traffic, robot);
-        if traffic.now - state.sent < RETREAT_SECS || !state.horizon.is_empty() || !goes_on {
+        if traffic.now - state.sent < RETREAT_SECS || has_route || !goes_on {
             return;
         }
         if let Some(commitment) = &mut self.commitments[robot as usize]

@@ -1,10 +1,10 @@
 //! Committed ways where opposing traffic shares tracks, against the model of a fleet.
 
-use super::Committed;
+use super::{Blocks, Committed, Rests};
 use crate::model::{Model, TICK_SECS, places, worlds};
 use crate::planner::{Planner, PlannerKind};
 use crate::roads::Roads;
-use regatta_plugin::world::WorldData;
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 
 fn committed(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Committed::new(roads))
@@ -39,6 +39,28 @@ fn a_dead_end_is_left_before_it_is_entered() {
         let model = drive("stub", &worlds::ring_with_stub(3), (robots, 3), 1_200);
         assert!(model.arrivals.iter().all(|&goals| goals >= 4), "{:?}", model.arrivals);
     }
+}
+
+/// Roads of two parts: robots in the smaller one have places to rest, too.
+#[test]
+fn each_part_of_the_roads_has_rest_places() {
+    let mut world = worlds::single_track(4);
+    let (nodes, edges) = (world.nodes.len() as u32, world.edges.len());
+    let second = worlds::single_track(2);
+    world.nodes.extend(second.nodes.iter().map(|node| NodeRecord { y: node.y + 50.0, ..*node }));
+    let view = second.view(1, 1);
+    for edge in view.edges() {
+        let (origin, destination) = (nodes + edge.origin, nodes + edge.destination);
+        let [curve] = view.curves(edge) else { panic!("straight edges") };
+        let points = curve.control_points.map(|[x, y]| [x, y + 50.0]);
+        let edge = EdgeRecord { origin, destination, ..*edge };
+        world.add_edge(edge, [CurveRecord { control_points: points }]);
+    }
+    let roads = Roads::new(&world.view(1, 1));
+    let mut blocks = Blocks::default();
+    let rests = Rests::new(&roads, &mut blocks);
+    let count = |range: std::ops::Range<u32>| range.filter(|&node| rests.contains(node)).count();
+    assert!(count(0..nodes) > 1 && count(nodes..roads.nodes()) > 1, "{edges} edges in the first");
 }
 
 #[test]
