@@ -14,6 +14,7 @@
 //! ```
 
 pub mod bezier;
+pub mod cores;
 pub mod graph;
 mod ln;
 pub mod name;
@@ -21,6 +22,7 @@ pub mod random;
 pub mod round;
 pub mod rows;
 pub mod svg;
+pub mod sweep;
 pub mod yaml;
 
 pub use ln::ln;

@@ -8,8 +8,10 @@ mod occupancy;
 
 use std::collections::VecDeque;
 
+use regatta_base::sweep::Span;
+
 use self::occupancy::Occupancy;
-use crate::roads::{Leg, RESOLUTION, Relation, Roads, Span};
+use crate::roads::{Leg, RESOLUTION, Relation, Roads};
 
 /// A stretch of a track that a robot claims, in driving order.
 #[derive(Clone, Copy, Debug, PartialEq)]

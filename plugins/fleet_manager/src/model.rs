@@ -11,13 +11,14 @@ use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use parking_lot::Mutex;
+use regatta_base::sweep::Rectangle;
 use regatta_plugin::World;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::WorldData;
 
 use self::body::{Body, Outlines};
 use crate::planner::{Planner, Plans};
-use crate::roads::{Leg, Rectangle, Roads};
+use crate::roads::{Leg, Roads};
 use crate::steering::{Command, Settings, Steering};
 use crate::traffic::{Seen, Traffic};
 

@@ -3,32 +3,28 @@
 
 mod cache;
 mod conflicts;
-mod cores;
-mod geometry;
 mod reservoirs;
 mod stops;
 mod stubs;
-mod sweep;
 #[cfg(test)]
 mod tests;
 mod zones;
 
 use std::sync::Arc;
 
-use glam::{Vec2, vec2};
+use glam::{DVec2, Vec2, vec2};
+use regatta_base::cores;
 use regatta_base::rows::Rows;
+use regatta_base::sweep::{BodyHeading, Footprint, Sweep, angle_between};
 use regatta_plugin::World;
 use regatta_plugin::frame::NO_EDGE;
-use regatta_plugin::world::{EdgeRecord, Levels, RobotTypeRecord, Shape};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, Levels, Orientation, RobotTypeRecord, Shape};
 
 pub use self::cache::{CacheError, default_folder as default_cache_folder};
 use self::cache::{Reader, Writer};
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
-pub(crate) use self::cores::map_on;
-pub use self::geometry::{Rectangle, Span};
 pub use self::stops::Stops;
 pub use self::stubs::Stubs;
-pub use self::sweep::{Sweep, SweptBox};
 pub use self::zones::{Rule, ZonePart, Zones};
 
 /// An edge that is driven in one gear.
@@ -79,14 +75,6 @@ pub struct Road {
     pub reverse_speed: f32,
     /// Headings of robots at its origin and its destination, in radians in (-π, π].
     pub headings: [f32; 2],
-}
-
-/// The outline of a robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
-    /// Half of the size along (x) and across (y) the heading, in metres. A circle counts as the
-    /// square around it.
-    pub half: Vec2,
 }
 
 /// The properties of a robot type that roads depend on.
@@ -349,22 +337,23 @@ impl Roads {
     }
 }
 
-/// Returns the absolute difference of two headings, in radians, 0 to π.
-pub fn angle_between(a: f32, b: f32) -> f32 {
-    let difference = (a - b).abs();
-    // Headings are in (-π, π]: a remainder is rarely needed, and takes longer than all else here.
-    let difference = if difference < core::f32::consts::TAU {
-        difference
-    } else {
-        difference % core::f32::consts::TAU
-    };
-    difference.min(core::f32::consts::TAU - difference)
-}
-
 /// Samples all edges.
 fn sweeps(world: &World<'_>) -> Vec<Sweep> {
     let edges = world.edges();
-    cores::map(edges.len(), |edge| Sweep::of_edge(&edges[edge], world.curves(&edges[edge])))
+    cores::map(edges.len(), |edge| sweep(&edges[edge], world.curves(&edges[edge])))
+}
+
+fn sweep(edge: &EdgeRecord, curves: &[CurveRecord]) -> Sweep {
+    let heading = match edge.orientation() {
+        Orientation::Tangential => BodyHeading::Tangential,
+        Orientation::Offset(offset) => BodyHeading::Offset(offset.into()),
+        Orientation::Fixed(heading) => BodyHeading::Fixed(heading.into()),
+    };
+    Sweep::new(heading, curves.iter().map(control_points))
+}
+
+fn control_points(curve: &CurveRecord) -> [DVec2; 4] {
+    curve.control_points.map(|[x, y]| DVec2::new(x.into(), y.into()))
 }
 
 fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {

@@ -4,8 +4,10 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use regatta_base::sweep::Span;
+
 use super::Stretch;
-use crate::roads::{Roads, Rule, Span, ZonePart, Zones};
+use crate::roads::{Roads, Rule, ZonePart, Zones};
 use crate::traffic::LEAST;
 
 /// A robot in a zone.

@@ -1,11 +1,11 @@
 //! A robot as the engine would move it.
 
 use glam::{Vec2, vec2};
+use regatta_base::sweep::{Rectangle, angle_between};
 use regatta_plugin::World;
 use regatta_plugin::world::EdgeRecord;
 
-use super::{Command, Leg, Rectangle, Roads, Seen, TICK_SECS, seen};
-use crate::roads::angle_between;
+use super::{Command, Leg, Roads, Seen, TICK_SECS, seen};
 
 /// Points on each curve.
 const POINTS: u32 = 64;

@@ -5,10 +5,12 @@
 //! Shortest Path: A* Search Meets Graph Theory, SODA 2005. Landmarks are chosen as they propose for
 //! graphs in the plane: one near the rim in each direction.
 
-use super::driving_times::lower_costs;
-use crate::roads::{Roads, map_on};
 use glam::Vec2;
+use regatta_base::cores::map_on;
 use regatta_base::rows::Rows;
+
+use super::driving_times::lower_costs;
+use crate::roads::Roads;
 
 /// The number of landmarks: the times of a node then fill a cache line.
 const LANDMARKS: usize = 16;

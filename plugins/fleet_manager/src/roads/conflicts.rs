@@ -5,11 +5,11 @@
 //! each pair of touching poses is in the table.
 
 mod build;
-mod grid;
 
 use regatta_base::rows::Rows;
+use regatta_base::sweep::{Span, Sweep};
 
-use super::{Reader, Roads, Span, Sweep, Writer};
+use super::{Reader, Roads, Writer};
 
 /// A conflict between robots on two tracks. Places are metres from the origins of the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]

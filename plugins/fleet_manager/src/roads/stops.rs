@@ -5,9 +5,11 @@
 //! in the way of edges that meet there. No place in a zone for one robot is either: a robot enters it
 //! if it can drive through.
 
+use regatta_base::cores;
 use regatta_base::rows::Rows;
+use regatta_base::sweep::Span;
 
-use super::{Leg, Reader, Relation, Roads, Span, Writer, cores};
+use super::{Leg, Reader, Relation, Roads, Writer};
 
 /// The stopping places of robots with one footprint.
 #[derive(Clone, Debug)]

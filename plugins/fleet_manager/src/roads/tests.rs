@@ -1,17 +1,18 @@
 //! The table of conflicts against brute force: poses that touch are in it.
 
 use proptest::prelude::*;
+use regatta_base::bezier::{CubicBezier, Side};
+use regatta_base::sweep::Rectangle;
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData,
 };
 
-use super::geometry::Cubic;
 use super::*;
 use crate::model::worlds;
 
 /// Points by arc length along the curve of an edge.
 struct Line {
-    cubic: Cubic,
+    cubic: CubicBezier,
     /// Arc length at each of equally spaced parameters.
     lengths: Vec<f64>,
 }
@@ -20,11 +21,11 @@ impl Line {
     const PARTS: usize = 400;
 
     fn new(curve: &CurveRecord) -> Self {
-        let cubic = Cubic::new(curve);
+        let cubic = CubicBezier { control_points: control_points(curve) };
         let mut lengths = vec![0.0];
         for part in 0..Self::PARTS {
             let at = |part: usize| part as f64 / Self::PARTS as f64;
-            lengths.push(lengths[part] + cubic.length(at(part), at(part + 1)));
+            lengths.push(lengths[part] + cubic.length_between(at(part), at(part + 1)));
         }
         Self { cubic, lengths }
     }
@@ -39,10 +40,10 @@ impl Line {
         let (low, high) = (self.lengths[part - 1], self.lengths[part]);
         let share = if high > low { (s - low) / (high - low) } else { 0.0 };
         let t = (part as f64 - 1.0 + share) / Self::PARTS as f64;
-        let tangent = self.cubic.tangent(t);
+        let tangent = self.cubic.tangent(t, Side::After);
         let heading = orientation.heading(tangent.y.atan2(tangent.x) as f32);
         Rectangle {
-            centre: self.cubic.point(t).as_vec2(),
+            centre: self.cubic.position(t).as_vec2(),
             heading: Vec2::from_angle(heading),
             half: footprint.half,
         }

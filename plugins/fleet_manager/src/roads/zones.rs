@@ -1,10 +1,11 @@
 //! Zones: groups of nodes and edges with a rule for the robots in them.
 
 use regatta_base::rows::Rows;
+use regatta_base::sweep::Span;
 use regatta_plugin::World;
 use regatta_plugin::world::{ZoneRecord, ZoneRule};
 
-use super::{Leg, Road, Roads, Span};
+use super::{Leg, Road, Roads};
 
 /// The distance from a node, in metres, up to which a robot is kept off it.
 const NEAR_NODE: f32 = 0.1;

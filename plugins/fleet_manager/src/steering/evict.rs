@@ -3,8 +3,10 @@
 
 use std::collections::VecDeque;
 
+use regatta_base::sweep::Span;
+
 use super::Steering;
-use crate::roads::{Leg, Span};
+use crate::roads::Leg;
 use crate::traffic::Errand;
 
 /// The time that a robot waits for an idle one before the idle one is sent away, in seconds.

@@ -2,9 +2,11 @@
 
 use std::collections::VecDeque;
 
+use regatta_base::sweep::Span;
+
 use super::{Blocker, Traffic};
 use crate::claims::Stretch;
-use crate::roads::{Leg, Span};
+use crate::roads::Leg;
 
 /// The distance along a route within which an open place is looked for, in metres. If there is
 /// none, robots may wait at nodes.

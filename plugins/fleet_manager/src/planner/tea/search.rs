@@ -3,10 +3,12 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, VecDeque};
 
+use regatta_base::sweep::angle_between;
+
 use super::layers::Layers;
 use super::space::Space;
 use super::{Path, Step};
-use crate::roads::{Leg, Roads, angle_between};
+use crate::roads::{Leg, Roads};
 
 /// The smallest change of heading that takes a layer of its own, in radians: 90°, less rounding.
 const LARGE_TURN: f32 = core::f32::consts::FRAC_PI_2 - 1e-3;

@@ -1,42 +1,10 @@
 //! Finds the pairs of a conflict table: tracks near each other by a grid, then stretch by stretch.
 
-use glam::Vec2;
+use regatta_base::cores;
+use regatta_base::sweep::{Grid, Outlines, Rectangle, Sweep, SweptBox, Touching, touching};
 
-use super::super::{Footprint, Rectangle, Roads, Span, Sweep, SweptBox, angle_between, cores};
-use super::grid::Grid;
+use super::super::{Roads, angle_between};
 use super::{ConflictTable, Pair, RESOLUTION, Relation};
-
-/// The sweep of a footprint along a track.
-struct Swept<'a> {
-    boxes: &'a [SweptBox],
-    rectangles: Vec<Rectangle>,
-    /// Of each [`GROUP`] rectangles: a circle around them, so that most pairs are never looked at.
-    circles: Vec<Circle>,
-}
-
-/// Rectangles that share a circle.
-const GROUP: usize = 8;
-
-#[derive(Clone, Copy)]
-struct Circle {
-    centre: Vec2,
-    radius: f32,
-}
-
-impl Circle {
-    /// Returns a circle around rectangles.
-    fn around(rectangles: &[Rectangle]) -> Self {
-        let middle = rectangles[rectangles.len() / 2].centre;
-        let reaches = rectangles
-            .iter()
-            .map(|rectangle| middle.distance(rectangle.centre) + rectangle.radius());
-        Self { centre: middle, radius: reaches.fold(0.0, f32::max) }
-    }
-
-    fn touches(&self, other: &Self) -> bool {
-        self.centre.distance(other.centre) <= self.radius + other.radius
-    }
-}
 
 /// Everything that finding pairs needs.
 struct Finder<'a> {
@@ -46,7 +14,7 @@ struct Finder<'a> {
     /// By edge: the edges that it leads into within [`AHEAD`], with the metres in between.
     ahead: Vec<Vec<(u32, f32)>>,
     /// By footprint and track.
-    swept: Vec<Vec<Swept<'a>>>,
+    swept: Vec<Vec<Outlines<'a>>>,
 }
 
 /// The distance beyond its end for which an edge is followed, in robots' lengths.
@@ -59,17 +27,6 @@ struct Found {
     /// Whether the first leads into the second (and the metres in between), or the second into the
     /// first.
     leads: [Option<f32>; 2],
-}
-
-/// The places at which robots on two tracks touch.
-struct Touching {
-    own: Span,
-    other: Span,
-    /// The largest distance between robots that touch, in metres along both tracks, if the first
-    /// leads into the second; and if the second leads into the first.
-    apart: [f32; 2],
-    /// The largest difference of their places, if both tracks are the same.
-    farthest: f32,
 }
 
 /// Makes the tables of all pairs of footprints.
@@ -85,9 +42,9 @@ pub fn tables(
     }
     let boxes = sweeps.iter().map(Sweep::boxes).chain(places.iter().map(|place| place.as_slice()));
     let boxes: Vec<&[SweptBox]> = boxes.collect();
-    let mut swept: Vec<Vec<Swept<'_>>> = Vec::new();
+    let mut swept: Vec<Vec<Outlines<'_>>> = Vec::new();
     for footprint in roads.footprints() {
-        swept.push(cores::map(boxes.len(), |track| Swept::new(boxes[track], footprint)));
+        swept.push(cores::map(boxes.len(), |track| Outlines::new(boxes[track], footprint)));
     }
     let longest =
         roads.footprints().iter().map(|footprint| 2.0 * footprint.half.x).fold(0.0, f32::max);
@@ -98,26 +55,14 @@ pub fn tables(
     (0..count * count).map(|pair| finder.table(pair / count, pair % count)).collect()
 }
 
-impl<'a> Swept<'a> {
-    fn new(boxes: &'a [SweptBox], footprint: &Footprint) -> Self {
-        let rectangles: Vec<_> = boxes.iter().map(|part| part.rectangle(footprint)).collect();
-        let circles = rectangles.chunks(GROUP).map(Circle::around).collect();
-        Self { boxes, rectangles, circles }
-    }
-
-    fn length(&self) -> f32 {
-        self.boxes.last().map_or(0.0, |last| last.s.high)
-    }
-}
-
 impl Finder<'_> {
     /// Makes the table of robots with footprint `own` and robots with footprint `other`.
     fn table(&self, own: usize, other: usize) -> ConflictTable {
         let tracks = self.swept[other].len();
         let swept: Vec<&[Rectangle]> =
-            self.swept[other].iter().map(|swept| swept.rectangles.as_slice()).collect();
+            self.swept[other].iter().map(|swept| swept.rectangles()).collect();
         let radius =
-            self.swept[own].iter().flat_map(|swept| &swept.rectangles).map(Rectangle::radius);
+            self.swept[own].iter().flat_map(|swept| swept.rectangles()).map(Rectangle::radius);
         let grid = Grid::new(&swept, 2.0 * radius.fold(0.5, f32::max));
         let found = cores::map(tracks, |track| self.find(own, other, &grid, track as u32));
         let found: Vec<Found> = found.into_iter().flatten().collect();
@@ -131,7 +76,7 @@ impl Finder<'_> {
     fn find(&self, own: usize, other: usize, grid: &Grid, a: u32) -> Vec<Found> {
         let mut found = Vec::new();
         let swept = &self.swept[own][a as usize];
-        for b in grid.near(&swept.rectangles) {
+        for b in grid.near(swept.rectangles()) {
             // With one footprint a pair is found once, and seen from both sides.
             if b == a || (own == other && b < a) || !self.roads.may_meet(a, b) {
                 continue;
@@ -294,47 +239,4 @@ fn is_two_way(roads: &Roads, edge: u32) -> bool {
     let road = roads.edge(edge);
     let mut exits = roads.exits(road.destination).iter();
     exits.any(|&back| back.edge() != edge && roads.end(back) == road.origin)
-}
-
-/// Finds where robots on two tracks touch; `None` if they never do.
-fn touching(a: &Swept<'_>, b: &Swept<'_>) -> Option<Touching> {
-    let mut all = Touching::NONE;
-    for (i, circle) in a.circles.iter().enumerate() {
-        for (j, other) in b.circles.iter().enumerate() {
-            if circle.touches(other) {
-                touching_groups([a, b], [i, j], &mut all);
-            }
-        }
-    }
-    (all.own.low <= all.own.high).then_some(all)
-}
-
-/// Adds where robots within a group of stretches each touch.
-fn touching_groups([a, b]: [&Swept<'_>; 2], groups: [usize; 2], all: &mut Touching) {
-    let lengths = [a.length(), b.length()];
-    let [of_a, of_b] = groups.map(|group| GROUP * group);
-    for (part, rectangle) in a.boxes.iter().zip(&a.rectangles).skip(of_a).take(GROUP) {
-        let radius = rectangle.radius();
-        for (other_part, other) in b.boxes.iter().zip(&b.rectangles).skip(of_b).take(GROUP) {
-            let reach = radius + other.radius();
-            if rectangle.centre.distance_squared(other.centre) <= reach * reach
-                && rectangle.touches(other)
-            {
-                all.add(part.s, other_part.s, lengths);
-            }
-        }
-    }
-}
-
-impl Touching {
-    const NONE: Self =
-        Self { own: Span::EMPTY, other: Span::EMPTY, apart: [0.0; 2], farthest: 0.0 };
-
-    fn add(&mut self, own: Span, other: Span, lengths: [f32; 2]) {
-        self.own = self.own.union(own);
-        self.other = self.other.union(other);
-        self.apart[0] = self.apart[0].max(lengths[0] - own.low + other.high);
-        self.apart[1] = self.apart[1].max(lengths[1] - other.low + own.high);
-        self.farthest = self.farthest.max(own.high - other.low).max(other.high - own.low);
-    }
 }

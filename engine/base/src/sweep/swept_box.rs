@@ -1,12 +1,11 @@
 //! The space that robots sweep along an edge, as a chain of short stretches.
 
 use glam::{DVec2, Vec2, vec2};
-use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
 
-use super::geometry::Cubic;
-use super::{Footprint, Rectangle, Span};
+use super::cubic::Cubic;
+use super::{Rectangle, Span, angle_between};
 
-/// The longest stretch, in metres: the resolution at which claims are given back.
+/// The longest stretch in metres, unless another is given: the resolution at which claims are given back.
 const STEP: f64 = 0.1;
 /// The largest change of heading within half a stretch, in radians; sharper bends get shorter
 /// stretches.
@@ -16,6 +15,25 @@ const SHORTEST: f64 = 0.01;
 /// The margin by which footprints are enlarged on each side, in metres: poses are exact to 1 mm
 /// only, and rounded.
 const MARGIN: f32 = 0.003;
+
+/// The outline of a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Half of the size along (x) and across (y) the heading, in metres. A circle counts as the
+    /// square around it.
+    pub half: Vec2,
+}
+
+/// The heading of robots along an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BodyHeading {
+    /// That of the tangent.
+    Tangential,
+    /// At this angle to the tangent, in radians.
+    Offset(f64),
+    /// The same heading everywhere, in radians.
+    Fixed(f64),
+}
 
 /// A stretch of an edge, and by how much the robots on it may differ from a robot in its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +72,11 @@ impl SweptBox {
         (self.offset.x - along).abs() < 1e-4
     }
 
+    /// The stretch of a robot that stands with a heading in radians: a place of length zero.
+    pub fn standing(position: Vec2, heading: f32) -> Self {
+        Self { heading: Vec2::from_angle(heading), turn: 0.0, ..Self::disc(position) }
+    }
+
     /// The stretch of robots that turn on the spot at a node: a place of length zero, any heading.
     pub fn disc(position: Vec2) -> Self {
         let s = Span::new(0.0, 0.0);
@@ -70,12 +93,23 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Samples an edge.
-    pub fn of_edge(edge: &EdgeRecord, curves: &[CurveRecord]) -> Self {
-        let mut builder = Builder { orientation: edge.orientation(), s: 0.0, boxes: Vec::new() };
-        let cubics: Vec<_> = curves.iter().map(Cubic::new).collect();
+    /// Samples an edge of cubic Bézier curves, end to end, given by their control points in metres.
+    /// The stretches are at most 0.1 m long.
+    pub fn new(heading: BodyHeading, curves: impl IntoIterator<Item = [DVec2; 4]>) -> Self {
+        Self::with_step(heading, curves, STEP)
+    }
+
+    /// As [`new`](Self::new), of stretches of at most `step` metres, above 0. Straight lines are as
+    /// exact as with shorter ones.
+    pub fn with_step(
+        heading: BodyHeading,
+        curves: impl IntoIterator<Item = [DVec2; 4]>,
+        step: f64,
+    ) -> Self {
+        let mut builder = Builder { heading, s: 0.0, boxes: Vec::new() };
+        let cubics: Vec<_> = curves.into_iter().map(Cubic::new).collect();
         for cubic in &cubics {
-            let parts = (cubic.length(0.0, 0.5) + cubic.length(0.5, 1.0)) / STEP;
+            let parts = (cubic.length(0.0, 0.5) + cubic.length(0.5, 1.0)) / step;
             let parts = parts.ceil().clamp(1.0, 1e6) as u32;
             for part in 0..parts {
                 let [from, to] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
@@ -104,7 +138,7 @@ impl Sweep {
         let Some(first) = self.boxes.first() else { return true };
         self.boxes.iter().all(|part| {
             part.turn == 0.0 && part.heading == first.heading && part.is_along(self.headings[0])
-        }) && super::angle_between(self.headings[0], self.headings[1]) < 1e-4
+        }) && angle_between(self.headings[0], self.headings[1]) < 1e-4
     }
 
     /// Returns how far apart two robots have to be on a [straight](Self::is_straight) edge, in
@@ -125,7 +159,7 @@ impl Sweep {
 }
 
 struct Builder {
-    orientation: Orientation,
+    heading: BodyHeading,
     /// Metres from the edge's origin to the end of the last stretch.
     s: f64,
     boxes: Vec<SweptBox>,
@@ -155,10 +189,10 @@ impl Builder {
 
     fn swept_box(&self, centre: DVec2, tangent: DVec2, half: f64, turn: f64) -> SweptBox {
         let angle = angle_of(tangent);
-        let (heading, turns) = match self.orientation {
-            Orientation::Tangential => (angle, true),
-            Orientation::Offset(offset) => (angle + f64::from(offset), true),
-            Orientation::Fixed(heading) => (f64::from(heading), false),
+        let (heading, turns) = match self.heading {
+            BodyHeading::Tangential => (angle, true),
+            BodyHeading::Offset(offset) => (angle + offset, true),
+            BodyHeading::Fixed(heading) => (heading, false),
         };
         // The path stays within this of the line through the middle, along and across it.
         let (along, across) = (half, half * turn);
@@ -187,4 +221,32 @@ fn angle_from(a: DVec2, b: DVec2) -> f64 {
     let angle = a.perp_dot(b).atan2(a.dot(b)).abs();
     // Straight lines have no bend but rounding.
     if angle < 1e-6 { 0.0 } else { angle }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a robot that drives along the x axis, 10 m long, touches one that stands near it.
+    fn touches(step: f64, standing: SweptBox) -> bool {
+        let robot = Footprint { half: vec2(0.45, 0.3) };
+        let line = [0.0, 10.0 / 3.0, 20.0 / 3.0, 10.0].map(|x| DVec2::new(x, 0.0));
+        let sweep = Sweep::with_step(BodyHeading::Tangential, [line], step);
+        let standing = standing.rectangle(&robot);
+        sweep.boxes().iter().any(|part| part.rectangle(&robot).touches(&standing))
+    }
+
+    #[test]
+    fn long_stretches_of_a_straight_line_are_as_exact_as_short_ones() {
+        let side_by_side = 0.6 + 2.0 * MARGIN;
+        let behind = 10.0 + 0.9 + 2.0 * MARGIN;
+        for step in [0.1, 1.0, 5.0] {
+            for (x, y) in [(4.3, side_by_side), (behind, 0.0)] {
+                let at = |gap: f32| SweptBox::standing(vec2(x, y) + gap, 0.0);
+                assert!(touches(step, at(-1e-3)) && !touches(step, at(1e-3)), "{step} m: {x}, {y}");
+            }
+            let turned = SweptBox::disc(vec2(5.0, 0.3 + 0.45_f32.hypot(0.3)));
+            assert!(touches(step, turned), "any heading, with a step of {step} m");
+        }
+    }
 }

@@ -1,9 +1,10 @@
 //! A uniform grid that finds tracks near each other.
 
 use glam::{Vec2, uvec2};
-use regatta_base::rows::Rows;
 
-use super::super::{Rectangle, cores};
+use super::Rectangle;
+use crate::cores;
+use crate::rows::Rows;
 
 /// Tracks by the cells that they sweep.
 #[derive(Debug)]

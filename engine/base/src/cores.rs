@@ -9,17 +9,16 @@ const FEWEST: usize = 256;
 ///
 /// # Panics
 /// If `work` does.
-pub(super) fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     map_on(if count < FEWEST { 1 } else { cores }, count, work)
 }
 
 /// As [`map`], on so many threads.
-pub(crate) fn map_on<T: Send>(
-    threads: usize,
-    count: usize,
-    work: impl Fn(usize) -> T + Sync,
-) -> Vec<T> {
+///
+/// # Panics
+/// If `work` does.
+pub fn map_on<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if threads == 1 || count < 2 {
         return (0..count).map(work).collect();
     }
