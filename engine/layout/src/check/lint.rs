@@ -12,7 +12,7 @@ use crate::model::raw::{RawCurve, RawGraph};
 use crate::model::route_graph::{RouteGraph, legs};
 use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::Orientation;
-use crate::model::value::{plural, shorten};
+use crate::model::value::{duration, plural, shorten};
 
 /// The largest number of nodes that a warning lists.
 const MAX_EXAMPLES: usize = 5;
@@ -21,11 +21,15 @@ const MAX_EXAMPLES: usize = 5;
 /// their length.
 const CLEARLY_SHORTER: f64 = 0.95;
 
+/// The longest time in seconds that robots take for an edge without a warning.
+const LONGEST_DRIVE: f64 = 3600.0;
+
 /// Reports warnings about `graph`, which was made from `raw` with the convention `handles`.
 pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report: &mut Report<'_>) {
     warn_of_swapped_handles(graph, raw, handles, report);
     warn_of_reverse_zero(graph, raw, report);
     warn_of_corners(graph, raw, report);
+    warn_of_crawling(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     if raw.is_imported {
         linter.count_jumps();
@@ -101,6 +105,26 @@ fn warn_of_corners(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) 
         angle.to_degrees()
     );
     worst.report(Severity::Warning, &message, report);
+}
+
+/// Warns of edges that take robots more than an hour: their speeds are in another unit, mostly.
+fn warn_of_crawling(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
+    for leg in legs(graph.edges()) {
+        let Some(speed) = graph.leg_speed(leg) else { continue };
+        let seconds = graph.edge(leg.edge).path.length() / speed;
+        if seconds <= LONGEST_DRIVE {
+            continue;
+        }
+        let gear = match leg.gear {
+            Gear::Forward => "",
+            Gear::Reverse => " in reverse gear",
+        };
+        let message = format!(
+            "robots take {} to drive it{gear}, at {speed} m/s: check the speed and its unit",
+            duration(seconds)
+        );
+        raw.edges[leg.edge.0 as usize].report(Severity::Warning, &message, report);
+    }
 }
 
 /// Reports the warnings about single nodes.

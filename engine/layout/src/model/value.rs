@@ -85,3 +85,14 @@ pub(crate) fn shorten(text: &str) -> String {
 pub(crate) fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
+
+/// Returns a time of so many seconds in words, rounded to two units: `1 h 7 min`.
+pub(crate) fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match (whole / 3600, whole / 60) {
+        (0, 0) => format!("{seconds:.0} s"),
+        (0, minutes) => format!("{minutes} min {} s", whole % 60),
+        (hours, minutes) if hours < 48 => format!("{hours} h {} min", minutes % 60),
+        (hours, _) => format!("{} days {} h", hours / 24, hours % 24),
+    }
+}

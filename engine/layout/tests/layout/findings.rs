@@ -54,6 +54,28 @@ fn with_node(node: &str) -> String {
 }
 
 #[test]
+fn edges_that_take_more_than_an_hour_are_told() {
+    let slow = |gears: &str| {
+        let edge = "Id: 11, Origin_ID: 2, Destination_ID: 1, CurveType: Linear";
+        check(&with_edge(&format!("{edge}, {gears}")))
+    };
+    let found = slow("VelocityForward: 0.001");
+    assert!(
+        found
+            .iter()
+            .any(|line| line.contains("edge 11: robots take 1 h 23 min to drive it, at 0.001 m/s")),
+        "{found:#?}"
+    );
+    let found = slow("VelocityForward: 1, VelocityBackwards: 0.0001");
+    assert!(
+        found.iter().any(|line| line.contains("13 h 53 min to drive it in reverse gear")),
+        "{found:#?}"
+    );
+    let found = slow("VelocityForward: 0.002");
+    assert!(found.iter().all(|line| !line.contains("robots take")), "{found:#?}");
+}
+
+#[test]
 fn the_small_graph_has_no_findings() {
     assert_eq!(check(&format!("{NODES}{EDGES}")), [""; 0]);
     assert_eq!(check(&format!("{EDGES}{NODES}")), [""; 0]);
