@@ -23,7 +23,7 @@ mod touching;
 
 pub use grid::Grid;
 pub use rectangle::{Rectangle, Span};
-pub use swept_box::{BodyHeading, Footprint, Sweep, SweptBox};
+pub use swept_box::{BodyHeading, Footprint, MARGIN, Sweep, SweptBox};
 pub use touching::{Outlines, Touching, touching};
 
 /// Returns the absolute difference of two headings, in radians, 0 to π.

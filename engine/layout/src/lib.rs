@@ -27,6 +27,7 @@ pub mod draw;
 pub mod generate;
 pub mod model;
 pub mod read;
+pub mod traffic;
 pub mod write;
 
 pub use model::change::{ChangeError, EdgeChange};

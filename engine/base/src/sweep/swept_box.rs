@@ -14,7 +14,7 @@ const BEND: f64 = 0.1;
 const SHORTEST: f64 = 0.01;
 /// The margin by which footprints are enlarged on each side, in metres: poses are exact to 1 mm
 /// only, and rounded.
-const MARGIN: f32 = 0.003;
+pub const MARGIN: f32 = 0.003;
 
 /// The outline of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,8 +99,8 @@ impl Sweep {
         Self::with_step(heading, curves, STEP)
     }
 
-    /// As [`new`](Self::new), of stretches of at most `step` metres, above 0. Straight lines are as
-    /// exact as with shorter ones.
+    /// As [`new`](Self::new), of stretches of at most `step` metres, above 0. Straight
+    /// lines that are driven along the tangent are as exact as with shorter ones.
     pub fn with_step(
         heading: BodyHeading,
         curves: impl IntoIterator<Item = [DVec2; 4]>,
@@ -242,8 +242,9 @@ mod tests {
         let behind = 10.0 + 0.9 + 2.0 * MARGIN;
         for step in [0.1, 1.0, 5.0] {
             for (x, y) in [(4.3, side_by_side), (behind, 0.0)] {
-                let at = |gap: f32| SweptBox::standing(vec2(x, y) + gap, 0.0);
-                assert!(touches(step, at(-1e-3)) && !touches(step, at(1e-3)), "{step} m: {x}, {y}");
+                let [nearer, farther] =
+                    [-1e-3, 1e-3].map(|gap| SweptBox::standing(vec2(x, y) + gap, 0.0));
+                assert!(touches(step, nearer) && !touches(step, farther), "{step} m: {x}, {y}");
             }
             let turned = SweptBox::disc(vec2(5.0, 0.3 + 0.45_f32.hypot(0.3)));
             assert!(touches(step, turned), "any heading, with a step of {step} m");

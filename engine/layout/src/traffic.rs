@@ -1,0 +1,141 @@
+//! Certificates of traffic: what a layout allows, before any run.
+//!
+//! # The model
+//!
+//! - All robots are of one [`RobotType`]. They stand at nodes, one at each, with any heading that
+//!   an edge has there.
+//! - A robot moves along one leg at a time, from its start to its end; reverse gear is allowed
+//!   where the edge allows it. One robot moves at a time.
+//! - Two robots can't stand at nodes where they touch with some headings. A standing robot *blocks*
+//!   a leg if a robot somewhere on the leg's edge touches it, if none can stand at the leg's end,
+//!   or if a robot touches it that turns on the spot at the leg's start, where a turn may be
+//!   necessary.
+//! - Robots enlarged by 3 mm touch if their swept boxes do
+//!   ([`sweep`](regatta_base::sweep)): what is said to be free is free.
+//!
+//! Levels of a building count as one plane, as in a simulation. Robots that stop between nodes, or
+//! move at the same time, can do more than the model, and a fleet manager may do less. Where a
+//! number of the model would take too long to compute, it is a bound, and says so
+//! ([`Certainty`]).
+//!
+//! ```
+//! use regatta_layout::traffic::{Certificate, RobotType};
+//! use regatta_layout::{ReadOptions, parse};
+//!
+//! let text = "id,x,y\nA,0,0\nB,10,0\nC,20,0\n\nfrom,to,speed\nA,B,1\nB,A,1\nB,C,1\nC,B,1\n";
+//! let (graph, _) = parse(text, "road.csv", &ReadOptions::default())?;
+//! let certificate = Certificate::new(&graph, &RobotType::default());
+//! assert_eq!(certificate.sections[0].metres, 20.0);
+//! assert_eq!(certificate.under_way.at_nodes.robots, 2);
+//! # Ok::<(), regatta_layout::GraphError>(())
+//! ```
+
+mod conflicts;
+mod network;
+mod parts;
+mod passing;
+mod report;
+mod rings;
+mod robot;
+mod room;
+mod sections;
+mod slow;
+mod stations;
+#[cfg(test)]
+mod tests;
+mod tracks;
+mod under_way;
+
+use regatta_base::graph::{EdgeIndex, NodeIndex};
+
+use self::conflicts::{Conflicts, Sweeps};
+use self::network::Network;
+pub use self::parts::{CutOff, Part};
+pub use self::report::{Remark, Topic};
+pub use self::rings::{MOST_RINGS, Rings};
+pub use self::robot::{RobotType, RobotTypeError, Turning};
+pub use self::room::{Certainty, Count};
+pub use self::sections::{Section, SectionKind};
+pub use self::slow::{SlowLeg, WALK};
+pub use self::stations::{BlockingStation, Effect, StationNames};
+use self::tracks::Tracks;
+pub use self::under_way::MostUnderWay;
+use crate::model::route_graph::RouteGraph;
+
+/// A node where a standing robot is in the way of robots on roads that don't meet there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InTheWay {
+    /// The node.
+    pub node: NodeIndex,
+    /// The edges, in ascending order.
+    pub edges: Vec<EdgeIndex>,
+}
+
+/// What a layout allows robots of a type.
+#[derive(Clone, Debug)]
+pub struct Certificate {
+    /// The robots.
+    pub robot: RobotType,
+    /// Where two robots can't pass each other.
+    pub sections: Vec<Section>,
+    /// Where a standing robot blocks a through road.
+    pub stations: Vec<BlockingStation>,
+    /// Where robots may all wait for the next one.
+    pub rings: Rings,
+    /// What can't be reached or left.
+    pub parts: Vec<Part>,
+    /// Where a standing robot is in the way on other roads.
+    pub in_the_way: Vec<InTheWay>,
+    /// The legs that are slower than a walk.
+    pub slow: Vec<SlowLeg>,
+    /// How many robots can be under way.
+    pub under_way: MostUnderWay,
+    /// The nodes that legs lead to, and none leaves.
+    pub sinks: Vec<NodeIndex>,
+    station_names: StationNames,
+}
+
+impl Certificate {
+    /// Examines a layout.
+    pub fn new(graph: &RouteGraph, robot: &RobotType) -> Self {
+        let network = Network::new(graph);
+        let sweeps = Sweeps::new(graph);
+        let conflicts = Conflicts::new(&network, &sweeps, robot);
+        let tracks = Tracks::new(&network, &sweeps, robot);
+        let names = stations::station_names(graph);
+        Self {
+            robot: *robot,
+            sections: sections::sections(&network, &conflicts, &tracks, robot),
+            stations: stations::blocking_stations(&network, &conflicts, &names),
+            rings: rings::rings(&network, &conflicts),
+            parts: parts::parts(&network, &names),
+            in_the_way: in_the_way(&network, &conflicts),
+            slow: slow::slow_legs(graph),
+            under_way: under_way::most_under_way(&network, &conflicts, &tracks, robot),
+            sinks: sinks(&network),
+            station_names: names,
+        }
+    }
+
+    /// Whether it is proved that robots at nodes never stand still for ever, however many they are,
+    /// wherever they stand and whichever legs they want to drive next: as long as each of them
+    /// wants one, one of them can drive.
+    pub fn is_safe(&self) -> bool {
+        self.rings.are_impossible() && self.sinks.is_empty()
+    }
+}
+
+fn sinks(network: &Network<'_>) -> Vec<NodeIndex> {
+    let nodes = (0..network.nodes())
+        .filter(|&node| network.departures(node).is_empty() && !network.arrivals(node).is_empty());
+    nodes.map(NodeIndex).collect()
+}
+
+fn in_the_way(network: &Network<'_>, conflicts: &Conflicts) -> Vec<InTheWay> {
+    let nodes = (0..network.nodes()).filter(|&node| !conflicts.touched(node).is_empty());
+    let found = nodes.map(|node| InTheWay {
+        node: NodeIndex(node),
+        edges: conflicts.touched(node).iter().copied().map(EdgeIndex).collect(),
+    });
+    found.collect()
+}

@@ -1,0 +1,264 @@
+//! Rings: robots that all wait for the next one.
+//!
+//! A robot at a node may wait for a robot at another node if that one blocks a leg that leaves the
+//! first node. Both must be able to stand there at once. A *ring* of robots are nodes of which none
+//! touch, each of which may wait for the next one, and the last one for the first; and no smaller
+//! ring is among them. Two robots that wait for each other are the ring of two: mostly they face
+//! each other on a single track. Larger rings are searched for without such pairs.
+
+use std::collections::VecDeque;
+
+use regatta_base::graph::NodeIndex;
+use regatta_base::rows::Rows;
+
+use super::conflicts::Conflicts;
+use super::network::Network;
+use super::room::Certainty;
+
+/// The largest number of rings that are returned.
+pub const MOST_RINGS: usize = 5;
+/// The largest number of steps that the search takes: a wait looked at is one.
+const MOST_STEPS: u64 = 40_000_000;
+/// The largest number of robots in the rings that are searched for first; twice as many then.
+const FIRST_ROBOTS: usize = 4;
+
+/// The rings of a layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rings {
+    /// The number of pairs of nodes at which two robots may wait for each other.
+    pub pairs: usize,
+    /// One of these pairs.
+    pub pair: Option<(NodeIndex, NodeIndex)>,
+    /// The smallest rings of three robots or more, smallest first: at most one for each first node,
+    /// and [`MOST_RINGS`].
+    pub smallest: Vec<Vec<NodeIndex>>,
+    /// Exact if there is no smaller ring of three robots or more than the smallest one here, and
+    /// none at all if there is none here.
+    pub certainty: Certainty,
+}
+
+impl Rings {
+    /// The fewest robots that may all wait for the next one; `None` if no ring is known.
+    pub fn fewest(&self) -> Option<usize> {
+        if self.pairs > 0 { Some(2) } else { self.smallest.first().map(Vec::len) }
+    }
+
+    /// Whether it is proved that robots never wait in a ring, however many there are.
+    pub fn are_impossible(&self) -> bool {
+        self.fewest().is_none() && self.certainty == Certainty::Exact
+    }
+}
+
+/// Finds the smallest rings.
+pub fn rings(network: &Network<'_>, conflicts: &Conflicts) -> Rings {
+    let waits = waits(network, conflicts);
+    let (mut pairs, mut one_sided) = (Vec::new(), Vec::new());
+    for node in 0..network.nodes() {
+        for &other in waits.row(node) {
+            match is_wait(&waits, other, node) {
+                true if node < other => pairs.push((NodeIndex(node), NodeIndex(other))),
+                true => (),
+                false => one_sided.push((node, other)),
+            }
+        }
+    }
+    let one_sided = Rows::of_sorted(network.nodes() as usize, one_sided);
+    let mut search = Search::new(conflicts, &waits, &one_sided);
+    let smallest = search.smallest();
+    let smallest =
+        smallest.into_iter().map(|ring| ring.into_iter().map(NodeIndex).collect()).collect();
+    Rings {
+        pairs: pairs.len(),
+        pair: pairs.first().copied(),
+        smallest,
+        certainty: search.certainty,
+    }
+}
+
+/// By node: the nodes for whose robots a robot may wait.
+fn waits(network: &Network<'_>, conflicts: &Conflicts) -> Rows<u32> {
+    let mut waits = Vec::new();
+    for node in 0..network.nodes() {
+        let departures = network.departures(node).iter();
+        let mut others: Vec<u32> =
+            departures.flat_map(|&leg| conflicts.blockers(leg)).copied().collect();
+        others.sort_unstable();
+        others.dedup();
+        others.retain(|&other| !conflicts.is_touching(node, other));
+        waits.extend(others.into_iter().map(|other| (node, other)));
+    }
+    Rows::of_sorted(network.nodes() as usize, waits)
+}
+
+/// Returns by node whether all ways along `next` from it end somewhere. `before` has the same pairs
+/// of nodes by the second one.
+fn without_next(next: &Rows<u32>, before: &Rows<u32>) -> Vec<bool> {
+    let count = next.len() as u32;
+    let mut left: Vec<usize> = (0..count).map(|node| next.row(node).len()).collect();
+    let mut ends = vec![false; left.len()];
+    let mut open: Vec<u32> = (0..count).filter(|&node| left[node as usize] == 0).collect();
+    while let Some(node) = open.pop() {
+        ends[node as usize] = true;
+        for &other in before.row(node) {
+            left[other as usize] -= 1;
+            if left[other as usize] == 0 {
+                open.push(other);
+            }
+        }
+    }
+    ends
+}
+
+fn is_wait(waits: &Rows<u32>, from: u32, to: u32) -> bool {
+    waits.row(from).binary_search(&to).is_ok()
+}
+
+/// The search for rings of three robots or more.
+struct Search<'a> {
+    conflicts: &'a Conflicts,
+    /// All waits.
+    waits: &'a Rows<u32>,
+    /// Those without the one back.
+    one_sided: &'a Rows<u32>,
+    /// The same, by the node waited for.
+    waiting: Rows<u32>,
+    steps: u64,
+    certainty: Certainty,
+    /// By node: the number of waits to the first node of a ring; `u32::MAX` if there are too many.
+    distance: Vec<u32>,
+}
+
+impl<'a> Search<'a> {
+    fn new(conflicts: &'a Conflicts, waits: &'a Rows<u32>, one_sided: &'a Rows<u32>) -> Self {
+        let count = one_sided.len();
+        let backwards = (0..count as u32)
+            .flat_map(|node| one_sided.row(node).iter().map(move |&other| (other, node)));
+        let waiting = Rows::new(count, backwards.collect());
+        let distance = vec![u32::MAX; count];
+        let certainty = Certainty::Exact;
+        Self { conflicts, waits, one_sided, waiting, steps: 0, certainty, distance }
+    }
+
+    /// Returns the smallest rings: the limit doubles until there are some, or can't be any.
+    fn smallest(&mut self) -> Vec<Vec<u32>> {
+        let starts = self.nodes_in_cycles();
+        let mut limit = FIRST_ROBOTS;
+        while !starts.is_empty() {
+            let mut found = self.within(&starts, limit);
+            if !found.is_empty() || limit >= starts.len() || self.certainty == Certainty::Bound {
+                found.sort_by_key(Vec::len);
+                found.truncate(MOST_RINGS);
+                return found;
+            }
+            limit *= 2;
+        }
+        Vec::new()
+    }
+
+    /// Returns the nodes that may belong to a ring: those left when nodes that wait for nobody, and
+    /// nodes that nobody waits for, are taken away again and again.
+    fn nodes_in_cycles(&self) -> Vec<u32> {
+        let waits = without_next(self.one_sided, &self.waiting);
+        let waited_for = without_next(&self.waiting, self.one_sided);
+        let nodes = 0..self.one_sided.len() as u32;
+        nodes.filter(|&node| !waits[node as usize] && !waited_for[node as usize]).collect()
+    }
+
+    /// Returns for each node the smallest ring of at most `limit` robots of which it is the first,
+    /// if there is one.
+    fn within(&mut self, starts: &[u32], limit: usize) -> Vec<Vec<u32>> {
+        let mut found = Vec::new();
+        for &start in starts {
+            let reached = self.set_distances(start, limit);
+            found.extend(self.ring_from(start, limit));
+            for node in reached {
+                self.distance[node as usize] = u32::MAX;
+            }
+            if self.steps > MOST_STEPS {
+                self.certainty = Certainty::Bound;
+                break;
+            }
+        }
+        found
+    }
+
+    /// Sets the distances of nodes after a start to it, less than `limit`. Returns these nodes.
+    fn set_distances(&mut self, start: u32, limit: usize) -> Vec<u32> {
+        self.distance[start as usize] = 0;
+        let (mut reached, mut open) = (vec![start], VecDeque::from([start]));
+        while let Some(node) = open.pop_front() {
+            let distance = self.distance[node as usize] + 1;
+            if distance as usize >= limit {
+                break;
+            }
+            for &other in self.waiting.row(node) {
+                self.steps += 1;
+                if other > start && self.distance[other as usize] == u32::MAX {
+                    self.distance[other as usize] = distance;
+                    reached.push(other);
+                    open.push_back(other);
+                }
+            }
+        }
+        reached
+    }
+
+    /// Returns the smallest ring that begins with a node and has later nodes otherwise.
+    fn ring_from(&mut self, start: u32, limit: usize) -> Option<Vec<u32>> {
+        let distances = self.one_sided.row(start).iter().map(|&next| self.distance[next as usize]);
+        let shortest = distances.filter(|distance| *distance != u32::MAX).min()?;
+        for robots in (shortest as usize + 1).max(3)..=limit {
+            let mut ring = vec![start];
+            if self.extend(&mut ring, robots) {
+                return Some(ring);
+            }
+            if self.steps > MOST_STEPS {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Extends the beginning of a ring to a ring of so many robots; `false` if there is none.
+    fn extend(&mut self, ring: &mut Vec<u32>, robots: usize) -> bool {
+        let (start, last) = (ring[0], ring[ring.len() - 1]);
+        if ring.len() == robots {
+            return self.one_sided.row(last).binary_search(&start).is_ok();
+        }
+        let left = (robots - ring.len()) as u32;
+        let one_sided = self.one_sided;
+        for &next in one_sided.row(last) {
+            self.steps += 1;
+            let distance = self.distance[next as usize];
+            if next > start && distance <= left && self.fits(ring, next, robots) {
+                ring.push(next);
+                if self.extend(ring, robots) {
+                    return true;
+                }
+                ring.pop();
+            }
+            if self.steps > MOST_STEPS {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Whether a robot at a node touches none of a ring, and waits for none of it except where the
+    /// ring closes, and none but the last for it.
+    fn fits(&self, ring: &[u32], next: u32, robots: usize) -> bool {
+        let closes = ring.len() + 1 == robots;
+        ring.iter().enumerate().all(|(place, &member)| {
+            let is_last = place + 1 == ring.len();
+            let may_be_waited_for = place == 0 && closes;
+            member != next
+                && !self.conflicts.is_touching(member, next)
+                && (is_last || !self.is_wait(member, next))
+                && (may_be_waited_for || !self.is_wait(next, member))
+        })
+    }
+
+    fn is_wait(&self, from: u32, to: u32) -> bool {
+        is_wait(self.waits, from, to)
+    }
+}

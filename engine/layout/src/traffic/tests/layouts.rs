@@ -1,0 +1,114 @@
+//! Random small layouts and robots.
+
+use glam::DVec2;
+use proptest::prelude::*;
+use regatta_base::bezier::CubicBezier;
+
+use crate::model::route_graph::{Edge, Node, RouteGraph};
+use crate::model::tags::{Role, Station};
+use crate::traffic::{RobotType, Turning};
+use crate::{NodeIndex, Orientation};
+
+/// A road between two nodes.
+#[derive(Clone, Copy, Debug)]
+pub enum Road {
+    OneWay,
+    /// Two edges on one line.
+    TwoWay,
+    /// An edge with reverse gear.
+    Reverse,
+    /// Two edges that bow apart, by these metres each.
+    Bow(f64),
+    /// An edge on which robots keep this heading.
+    Sideways(f64),
+}
+
+fn road() -> impl Strategy<Value = Road> {
+    prop_oneof![
+        4 => Just(Road::OneWay),
+        5 => Just(Road::TwoWay),
+        2 => Just(Road::Reverse),
+        2 => (0.1..2.5).prop_map(Road::Bow),
+        1 => (-3.0..3.0).prop_map(Road::Sideways),
+    ]
+}
+
+/// A robot type of 0.2 to 2 m.
+pub fn robot() -> impl Strategy<Value = RobotType> {
+    (0.2..2.0, 0.2..1.2, any::<bool>()).prop_map(|(length, width, turns)| {
+        let turning = if turns { Turning::OnTheSpot } else { Turning::Never };
+        RobotType::new(length, width, turning).expect("within the range")
+    })
+}
+
+/// A layout of 4 to 9 nodes: each is joined with an earlier one, mostly, and some further roads.
+pub fn layout() -> impl Strategy<Value = RouteGraph> {
+    let node = (0_u32..12, 0_u32..12, 0_u32..4, prop::bool::weighted(0.3));
+    let join = (any::<prop::sample::Index>(), any::<bool>(), road(), prop::bool::weighted(0.9));
+    let nodes = prop::collection::vec((node, join), 4..10);
+    let any_node = any::<prop::sample::Index>;
+    let more = prop::collection::vec((any_node(), any_node(), road()), 0..7);
+    (nodes, more).prop_map(|(nodes, more)| {
+        let mut roads = Vec::new();
+        for (index, (_, (other, flipped, road, is_joined))) in nodes.iter().enumerate().skip(1) {
+            let other = other.index(index);
+            let ends = if *flipped { (index, other) } else { (other, index) };
+            roads.extend(is_joined.then_some((ends.0, ends.1, *road)));
+        }
+        let count = nodes.len();
+        roads.extend(more.iter().map(|(a, b, road)| (a.index(count), b.index(count), *road)));
+        let places = nodes.iter().map(|((x, y, shift, is_station), _)| {
+            // A grid of 1.5 m, and nodes beside it, so that some are close and few coincide.
+            let shift = f64::from(*shift) * 0.37;
+            let place = 1.5 * DVec2::new(f64::from(*x), f64::from(*y)) + DVec2::new(shift, -shift);
+            (place, *is_station)
+        });
+        graph(&places.collect::<Vec<_>>(), &roads)
+    })
+}
+
+/// Makes a graph of places, some with a role, and roads between them.
+pub fn graph(places: &[(DVec2, bool)], roads: &[(usize, usize, Road)]) -> RouteGraph {
+    let mut nodes = Vec::new();
+    let mut stations = Vec::new();
+    for (id, &(place, is_station)) in (0..).zip(places) {
+        let role = if is_station && id % 2 == 0 { Role::Pick } else { Role::None };
+        nodes.push(Node { role, ..Node::new(id, place, 0.0) });
+        if is_station && id % 2 == 1 {
+            let (name, nodes) = (format!("Dock {id}"), vec![NodeIndex(id)]);
+            stations.push(Station { name, role: Role::Drop, nodes, ..Station::default() });
+        }
+    }
+    let mut edges: Vec<Edge> = Vec::new();
+    for &(from, to, road) in roads.iter().filter(|(from, to, _)| from != to) {
+        for edge in edges_of(places, from, to, road) {
+            edges.push(Edge { id: edges.len() as u32, ..edge });
+        }
+    }
+    if edges.is_empty() {
+        edges.extend(edges_of(places, 0, 1, Road::TwoWay));
+    }
+    RouteGraph::from_valid_parts(nodes, edges).with_surroundings(stations, Vec::new())
+}
+
+fn edges_of(places: &[(DVec2, bool)], from: usize, to: usize, road: Road) -> Vec<Edge> {
+    let forth = edge(places, from, to, 0.0);
+    match road {
+        Road::OneWay => vec![forth],
+        Road::TwoWay => vec![forth, edge(places, to, from, 0.0)],
+        Road::Reverse => vec![Edge { reverse_speed: Some(0.5), ..forth }],
+        Road::Bow(metres) => vec![edge(places, from, to, metres), edge(places, to, from, metres)],
+        Road::Sideways(heading) => {
+            vec![Edge { orientation: Orientation::Fixed(heading), ..forth }]
+        }
+    }
+}
+
+/// Returns an edge that bows to the right by some metres.
+fn edge(places: &[(DVec2, bool)], from: usize, to: usize, bow: f64) -> Edge {
+    let [start, end] = [from, to].map(|node| places[node].0);
+    let CubicBezier { control_points: [p0, p1, p2, p3] } = CubicBezier::straight(start, end);
+    let aside = -(end - start).perp().normalize_or_zero() * bow * 4.0 / 3.0;
+    let curve = CubicBezier { control_points: [p0, p1 + aside, p2 + aside, p3] };
+    Edge::new(0, NodeIndex(from as u32), NodeIndex(to as u32), curve, 1.0)
+}
