@@ -1,6 +1,7 @@
 //! Draws a route graph as a map: an SVG file with the exact Bézier curves.
 
 mod labels;
+mod traffic;
 
 use glam::DVec2;
 use regatta_base::round;
@@ -11,6 +12,7 @@ use crate::model::info::BoundingBox;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Role, Station};
+use crate::traffic::Certificate;
 
 /// The longer side of the map in pixels, margins included.
 const LONGER_SIDE: f64 = 1600.0;
@@ -37,7 +39,13 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 /// thousands; those of edges in the colour of the edge, if there are few. A label without room is
 /// left out. The lines of the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
-    Map::new(graph).write()
+    Map::new(graph).write(None)
+}
+
+/// As [`svg`], with the single-track sections of a certificate of the graph as bands under the
+/// edges: dead ends in red, all others in yellow.
+pub fn svg_with_traffic(graph: &RouteGraph, certificate: &Certificate) -> String {
+    Map::new(graph).write(Some(certificate))
 }
 
 struct Map<'g> {
@@ -75,7 +83,7 @@ impl<'g> Map<'g> {
         DVec2::new(point.x - self.bounds.min_x, self.bounds.max_y - point.y) * self.scale + MARGIN
     }
 
-    fn write(&self) -> String {
+    fn write(&self, certificate: Option<&Certificate>) -> String {
         let mut svg = Svg::new(0);
         svg.document(self.size, "")
             .set("font-family", "Helvetica, Arial, sans-serif")
@@ -85,6 +93,10 @@ impl<'g> Map<'g> {
         svg.background(PAPER);
         self.write_grid(&mut svg);
         self.write_background(&mut svg);
+        if let Some(certificate) = certificate {
+            self.write_sections(&mut svg, certificate);
+            self.write_section_legend(&mut svg);
+        }
         for (class, colour) in SPEED_COLOURS.into_iter().enumerate() {
             self.write_edges(&mut svg, class, colour);
         }
@@ -301,6 +313,7 @@ mod tests {
     use crate::generate::Warehouse;
     use crate::model::options::ReadOptions;
     use crate::parse;
+    use crate::traffic::RobotType;
 
     #[test]
     fn a_map_shows_every_edge_and_node() {
@@ -321,6 +334,21 @@ mod tests {
         let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         assert!(map.contains(">a&lt;b</text>") && map.contains(">Dock</text>"), "{map}");
         assert!(map.contains(role_colour(Role::Charge)) && map.contains(role_colour(Role::Drop)));
+    }
+
+    #[test]
+    fn dead_ends_and_sections_have_bands_of_their_own() {
+        let text = "id,x,y\nA,0,0\nB,9,0\nC,9,9\nD,20,0\nE,40,0\nF,49,0\nG,49,9\n\n\
+            from,to,speed\nA,B,1\nB,C,1\nC,A,1\nB,D,1\nD,B,1\nD,E,1\nE,D,1\nE,F,1\nF,G,1\nG,E,1\n";
+        let (graph, _) = parse(text, "g", &ReadOptions::default()).unwrap();
+        let (map, plain) = (
+            svg_with_traffic(&graph, &Certificate::new(&graph, &RobotType::default())),
+            svg(&graph),
+        );
+        assert!(map.contains(">single track</text>") && !plain.contains("single track"));
+        let bands = map.matches("<path d=\"M").count() - plain.matches("<path d=\"M").count();
+        assert_eq!(bands, 1, "one section and no dead end");
+        assert_eq!(map.matches("<g").count(), map.matches("</g>").count());
     }
 
     #[test]
