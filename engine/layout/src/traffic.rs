@@ -117,11 +117,19 @@ impl Certificate {
         }
     }
 
-    /// Whether it is proved that robots at nodes never stand still for ever, however many they are,
-    /// wherever they stand and whichever legs they want to drive next: as long as each of them
-    /// wants one, one of them can drive.
-    pub fn is_safe(&self) -> bool {
-        self.rings.are_impossible() && self.sinks.is_empty()
+    /// The largest number of robots of which it is proved that they never all stand still:
+    /// wherever they stand at nodes, and whichever legs they want to drive next, one of them can
+    /// drive. `None` if that is proved for any number.
+    pub fn safe_robots(&self) -> Option<u32> {
+        let rings = &self.rings;
+        match (self.sinks.is_empty(), rings.fewest(), rings.certainty) {
+            (false, _, _) => Some(0),
+            (true, None, Certainty::Exact) => None,
+            (true, Some(2), _) => Some(1),
+            (true, Some(robots), Certainty::Exact) => Some(robots as u32 - 1),
+            // All pairs are known: there is none.
+            (true, _, Certainty::Bound) => Some(2),
+        }
     }
 }
 

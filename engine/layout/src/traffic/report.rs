@@ -223,16 +223,27 @@ impl Writer<'_> {
             remarks.push(Remark { robots, ..Remark::new(Topic::Ring, message).about(&[a, b]) });
         }
         remarks.extend(rings.smallest.iter().map(|ring| self.ring(ring)));
-        if self.certificate.is_safe() {
-            let message = "robots at nodes never all wait for each other, however many there are: \
-                           nothing to mend";
-            remarks.push(Remark::new(Topic::Ring, message.to_owned()));
-        } else if rings.certainty == Certainty::Bound {
+        if rings.certainty == Certainty::Bound {
             let message = "the search for rings was stopped: smaller ones may exist, and it isn't \
                            known that there are none";
             remarks.push(Remark::new(Topic::Ring, message.to_owned()));
         }
+        remarks.extend(self.safe());
         remarks
+    }
+
+    /// What is proved of robots that are few enough, if it is more than that one can drive alone.
+    fn safe(&self) -> Option<Remark> {
+        let robots = match self.certificate.safe_robots() {
+            None => "any number of robots".to_owned(),
+            Some(0 | 1) => return None,
+            Some(robots) => format!("up to {robots} robots"),
+        };
+        let message = format!(
+            "{robots} at nodes never all wait for each other, wherever they stand and go: nothing \
+             to mend"
+        );
+        Some(Remark::new(Topic::Ring, message))
     }
 
     fn ring(&self, ring: &[NodeIndex]) -> Remark {

@@ -17,7 +17,8 @@ use super::room::Certainty;
 
 /// The largest number of rings that are returned.
 pub const MOST_RINGS: usize = 5;
-/// The largest number of steps that the search takes: a wait looked at is one.
+/// The largest number of steps that the search takes: a wait looked at is one, for each robot of a
+/// ring.
 const MOST_STEPS: u64 = 40_000_000;
 /// The largest number of robots in the rings that are searched for first; twice as many then.
 const FIRST_ROBOTS: usize = 4;
@@ -41,11 +42,6 @@ impl Rings {
     /// The fewest robots that may all wait for the next one; `None` if no ring is known.
     pub fn fewest(&self) -> Option<usize> {
         if self.pairs > 0 { Some(2) } else { self.smallest.first().map(Vec::len) }
-    }
-
-    /// Whether it is proved that robots never wait in a ring, however many there are.
-    pub fn are_impossible(&self) -> bool {
-        self.fewest().is_none() && self.certainty == Certainty::Exact
     }
 }
 
@@ -228,7 +224,7 @@ impl<'a> Search<'a> {
         let left = (robots - ring.len()) as u32;
         let one_sided = self.one_sided;
         for &next in one_sided.row(last) {
-            self.steps += 1;
+            self.steps += ring.len() as u64;
             let distance = self.distance[next as usize];
             if next > start && distance <= left && self.fits(ring, next, robots) {
                 ring.push(next);
@@ -245,15 +241,14 @@ impl<'a> Search<'a> {
     }
 
     /// Whether a robot at a node touches none of a ring, and waits for none of it except where the
-    /// ring closes, and none but the last for it.
+    /// ring closes. (One that waits for it, other than the last, would be in a smaller ring with
+    /// the same first node, which is found before.)
     fn fits(&self, ring: &[u32], next: u32, robots: usize) -> bool {
         let closes = ring.len() + 1 == robots;
         ring.iter().enumerate().all(|(place, &member)| {
-            let is_last = place + 1 == ring.len();
             let may_be_waited_for = place == 0 && closes;
             member != next
                 && !self.conflicts.is_touching(member, next)
-                && (is_last || !self.is_wait(member, next))
                 && (may_be_waited_for || !self.is_wait(next, member))
         })
     }

@@ -5,4 +5,5 @@ mod conflicts;
 mod layouts;
 mod model;
 mod remarks;
+mod room;
 mod verdicts;

@@ -17,7 +17,7 @@ pub enum Road {
     TwoWay,
     /// An edge with reverse gear.
     Reverse,
-    /// Two edges that bow apart, by these metres each.
+    /// Two edges that bow apart, each by this share of the distance of their ends.
     Bow(f64),
     /// An edge on which robots keep this heading.
     Sideways(f64),
@@ -28,7 +28,7 @@ fn road() -> impl Strategy<Value = Road> {
         4 => Just(Road::OneWay),
         5 => Just(Road::TwoWay),
         2 => Just(Road::Reverse),
-        2 => (0.1..2.5).prop_map(Road::Bow),
+        2 => (0.03..0.5).prop_map(Road::Bow),
         1 => (-3.0..3.0).prop_map(Road::Sideways),
     ]
 }
@@ -48,23 +48,39 @@ pub fn layout() -> impl Strategy<Value = RouteGraph> {
     let nodes = prop::collection::vec((node, join), 4..10);
     let any_node = any::<prop::sample::Index>;
     let more = prop::collection::vec((any_node(), any_node(), road()), 0..7);
-    (nodes, more).prop_map(|(nodes, more)| {
-        let mut roads = Vec::new();
-        for (index, (_, (other, flipped, road, is_joined))) in nodes.iter().enumerate().skip(1) {
-            let other = other.index(index);
-            let ends = if *flipped { (index, other) } else { (other, index) };
-            roads.extend(is_joined.then_some((ends.0, ends.1, *road)));
-        }
-        let count = nodes.len();
-        roads.extend(more.iter().map(|(a, b, road)| (a.index(count), b.index(count), *road)));
-        let places = nodes.iter().map(|((x, y, shift, is_station), _)| {
-            // A grid of 1.5 m, and nodes beside it, so that some are close and few coincide.
-            let shift = f64::from(*shift) * 0.37;
-            let place = 1.5 * DVec2::new(f64::from(*x), f64::from(*y)) + DVec2::new(shift, -shift);
-            (place, *is_station)
-        });
-        graph(&places.collect::<Vec<_>>(), &roads)
-    })
+    // Metres between the nodes: some are close, or none; and two-way roads, or none.
+    let spacing = prop_oneof![Just(1.5), Just(6.0)];
+    let is_loop = prop::bool::weighted(0.25);
+    (nodes, more, spacing, any::<bool>(), is_loop).prop_map(build)
+}
+
+/// A node with its place and role, and the road that joins it with an earlier one.
+type Drawn = ((u32, u32, u32, bool), (prop::sample::Index, bool, Road, bool));
+/// A further road.
+type More = (prop::sample::Index, prop::sample::Index, Road);
+
+fn build(
+    (nodes, more, spacing, is_one_way, is_loop): (Vec<Drawn>, Vec<More>, f64, bool, bool),
+) -> RouteGraph {
+    let mut roads = Vec::new();
+    for (index, (_, (other, flipped, road, is_joined))) in nodes.iter().enumerate().skip(1) {
+        let other = if is_loop { index - 1 } else { other.index(index) };
+        let ends = if *flipped && !is_loop { (index, other) } else { (other, index) };
+        roads.extend(is_joined.then_some((ends.0, ends.1, *road)));
+    }
+    let count = nodes.len();
+    roads.extend(is_loop.then_some((count - 1, 0, Road::OneWay)));
+    roads.extend(more.iter().map(|(a, b, road)| (a.index(count), b.index(count), *road)));
+    for (_, _, road) in roads.iter_mut().filter(|_| is_one_way) {
+        *road = Road::OneWay;
+    }
+    let places = nodes.iter().map(|((x, y, shift, is_station), _)| {
+        // Nodes beside the grid, so that few coincide.
+        let shift = f64::from(*shift) * 0.37;
+        let place = spacing * DVec2::new(f64::from(*x), f64::from(*y)) + DVec2::new(shift, -shift);
+        (place, *is_station)
+    });
+    graph(&places.collect::<Vec<_>>(), &roads)
 }
 
 /// Makes a graph of places, some with a role, and roads between them.
@@ -97,18 +113,18 @@ fn edges_of(places: &[(DVec2, bool)], from: usize, to: usize, road: Road) -> Vec
         Road::OneWay => vec![forth],
         Road::TwoWay => vec![forth, edge(places, to, from, 0.0)],
         Road::Reverse => vec![Edge { reverse_speed: Some(0.5), ..forth }],
-        Road::Bow(metres) => vec![edge(places, from, to, metres), edge(places, to, from, metres)],
+        Road::Bow(share) => vec![edge(places, from, to, share), edge(places, to, from, share)],
         Road::Sideways(heading) => {
             vec![Edge { orientation: Orientation::Fixed(heading), ..forth }]
         }
     }
 }
 
-/// Returns an edge that bows to the right by some metres.
+/// Returns an edge that bows to the right by a share of the distance of its ends.
 fn edge(places: &[(DVec2, bool)], from: usize, to: usize, bow: f64) -> Edge {
     let [start, end] = [from, to].map(|node| places[node].0);
     let CubicBezier { control_points: [p0, p1, p2, p3] } = CubicBezier::straight(start, end);
-    let aside = -(end - start).perp().normalize_or_zero() * bow * 4.0 / 3.0;
+    let aside = -(end - start).perp() * bow * 4.0 / 3.0;
     let curve = CubicBezier { control_points: [p0, p1 + aside, p2 + aside, p3] };
     Edge::new(0, NodeIndex(from as u32), NodeIndex(to as u32), curve, 1.0)
 }
