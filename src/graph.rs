@@ -2,6 +2,7 @@
 
 mod check;
 mod convert;
+mod traffic;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,9 +10,11 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use regatta_layout::generate::{Grid, Warehouse};
 use regatta_layout::model::info::Info;
+use regatta_layout::traffic::Certificate;
 use regatta_layout::{Format, GraphError, ReadOptions, RouteGraph, draw};
 use regatta_scenario::is_scenario;
 
+use self::traffic::TrafficArgs;
 use crate::arguments::{LayoutArgs, one_of};
 use crate::failure::Failure;
 use crate::output::{Destination, Force, STANDARD_STREAM, write_file};
@@ -27,8 +30,10 @@ pub enum GraphCommand {
         /// Print JSON
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        traffic: TrafficArgs,
         /// Write a copy that corrects angles in degrees, repeated edges and ends that nearly meet
-        #[arg(long, value_name = "FILE", conflicts_with = "json")]
+        #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "traffic"])]
         fix: Option<Destination>,
         #[command(flatten)]
         force: Force,
@@ -54,6 +59,8 @@ pub enum GraphCommand {
         /// SVG or PNG file to write; - for SVG on standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
+        #[command(flatten)]
+        traffic: TrafficArgs,
         #[command(flatten)]
         force: Force,
     },
@@ -153,10 +160,14 @@ pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
         GraphCommand::Check { file, fix: Some(output), force, .. } => {
             convert::fix(&file, &output, force)?
         }
-        GraphCommand::Check { file, json, .. } => return check::run(&file, json),
+        GraphCommand::Check { file, json, traffic, .. } => {
+            return check::run(&file, json, &traffic);
+        }
         GraphCommand::Info { file, json } => info(&file, json)?,
         GraphCommand::Generate { generator } => generate(&generator)?,
-        GraphCommand::Draw { file, output, force } => draw(&file, &output, force)?,
+        GraphCommand::Draw { file, output, traffic, force } => {
+            draw(&file, &output, &traffic, force)?
+        }
         GraphCommand::Convert { file, output, to, force } => {
             convert::run(&file, &output, to, force)?
         }
@@ -191,7 +202,12 @@ fn generate(generator: &Generator) -> Result<(), Failure> {
     output.output.write(&text, output.force)
 }
 
-fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
+fn draw(
+    file: &FileArgs,
+    output: &Destination,
+    traffic: &TrafficArgs,
+    force: Force,
+) -> Result<(), Failure> {
     let png = match output {
         Destination::File(path) if has_ending(path, "png") => Some(path),
         Destination::File(path) if !has_ending(path, "svg") => {
@@ -204,7 +220,10 @@ fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failu
     let progress = Progress::start(format!("reading {}", file.name()), 0);
     let graph = file.read()?;
     progress.set_current("drawing");
-    let map = draw::svg(&graph);
+    let map = match traffic.robot()? {
+        None => draw::svg(&graph),
+        Some(robot) => draw::svg_with_traffic(&graph, &Certificate::new(&graph, &robot)),
+    };
     match png {
         None => output.write(&map, force),
         Some(path) => write_file(path, &regatta_record::png(&map)?, force),

@@ -9,6 +9,7 @@ use regatta_scenario::{Overrides, Scenario, ScenarioError, is_scenario};
 use serde_json::{Value, json};
 
 use super::FileArgs;
+use super::traffic::{Traffic, TrafficArgs};
 use crate::failure::Failure;
 use crate::output::with_plural;
 use crate::progress::Progress;
@@ -24,9 +25,11 @@ struct Checked {
     /// Errors and warnings about the scenario itself.
     scenario_error: Option<ScenarioError>,
     scenario_warnings: Vec<String>,
+    /// What the layout allows, if that was asked for.
+    traffic: Option<Traffic>,
 }
 
-pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
+pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCode, Failure> {
     let progress = Progress::start(format!("checking {}", file.name()), 0);
     let text = file.text()?;
     let checked = match regatta_layout::parse(&text, &file.name(), &file.options()) {
@@ -36,9 +39,11 @@ pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
                 with_plural(graph.edges().len(), "edge"),
                 with_plural(graph.nodes().len(), "node")
             );
-            Checked::route_graph(Some(content), findings)
+            let robot = traffic.robot()?;
+            let traffic = robot.map(|robot| Traffic::new(&graph, &robot));
+            Checked { traffic, ..Checked::route_graph(Some(content), findings) }
         }
-        Err(_) if is_scenario(&text) => check_scenario(&text, file)?,
+        Err(_) if is_scenario(&text) => check_scenario(&text, file, traffic)?,
         Err(GraphError::Invalid(findings)) => Checked::route_graph(None, findings),
         Err(error) => return Err(error.into()),
     };
@@ -48,7 +53,7 @@ pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     Ok(if checked.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
+fn check_scenario(text: &str, file: &FileArgs, traffic: &TrafficArgs) -> Result<Checked, Failure> {
     let overrides = Overrides { layout: file.options(), ..Overrides::default() };
     let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
     let read = Scenario::from_text(text, Path::new(&file.name()), &overrides)
@@ -58,7 +63,9 @@ fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
             let robots = with_plural(scenario.robots() as usize, "robot");
             let edges = with_plural(scenario.graph.edges().len(), "edge");
             let content = Some(format!("{robots} on {edges}"));
-            Ok(Checked { content, scenario_warnings: scenario.warnings, ..checked })
+            let robot = traffic.robot_of(&scenario)?;
+            let traffic = robot.map(|robot| Traffic::new(&scenario.graph, &robot));
+            Ok(Checked { content, scenario_warnings: scenario.warnings, traffic, ..checked })
         }
         Err(ScenarioError::Graph(GraphError::Invalid(findings))) => {
             Ok(Checked { findings, ..checked })
@@ -72,8 +79,8 @@ fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
 
 impl Checked {
     fn route_graph(content: Option<String>, findings: Findings) -> Self {
-        let (scenario_error, scenario_warnings) = (None, Vec::new());
-        Self { kind: "route graph", content, findings, scenario_error, scenario_warnings }
+        let (kind, scenario_warnings) = ("route graph", Vec::new());
+        Self { kind, content, findings, scenario_error: None, scenario_warnings, traffic: None }
     }
 
     fn errors(&self) -> usize {
@@ -103,8 +110,9 @@ impl Checked {
         };
         let errors = with_plural(self.errors(), "error");
         let warnings = with_plural(self.warnings(), "warning");
-        lines.push(format!("{file}: {summary}; {errors}, {warnings}\n"));
-        lines.join("\n")
+        lines.push(format!("{file}: {summary}; {errors}, {warnings}"));
+        lines.extend(self.traffic.iter().flat_map(Traffic::lines));
+        lines.join("\n") + "\n"
     }
 
     fn json(&self, file: &str) -> Value {
@@ -115,14 +123,18 @@ impl Checked {
         for warning in &self.scenario_warnings {
             findings.push(json!({"severity": "warning", "message": warning}));
         }
-        json!({
+        let mut checked = json!({
             "file": file,
             "kind": self.kind,
             "valid": self.errors() == 0,
             "errors": self.errors(),
             "warnings": self.warnings(),
             "findings": findings,
-        })
+        });
+        if let Some(traffic) = &self.traffic {
+            checked["traffic"] = traffic.json();
+        }
+        checked
     }
 }
 

@@ -393,3 +393,38 @@ fn a_layout_and_a_benchmark_are_run_as_they_are() {
         assert_eq!(is_told, name.ends_with(".json"), "{}", text(&output.stderr));
     }
 }
+
+#[test]
+fn traffic_is_examined_for_the_robots_that_are_given() {
+    let comb = graphs("small/comb.yaml");
+    let output = regatta_graph(&["check", "--traffic"], Some(&comb));
+    let printed = text(&output.stdout);
+    assert!(output.status.success(), "{printed}");
+    assert!(
+        printed.contains("traffic of robots of 0.9 m × 0.6 m that turn on the spot"),
+        "{printed}"
+    );
+    assert!(printed.contains("  dead end: dead end of 2.0 m from `b1` to `p1`: "), "{printed}");
+    let args = ["check", "--traffic", "--json", "--length", "1.2", "--width", "0.8", "--no-turns"];
+    let checked: serde_json::Value =
+        serde_json::from_slice(&regatta_graph(&args, Some(&comb)).stdout).expect("JSON");
+    let robot = serde_json::json!({"length": 1.2, "width": 0.8, "turning": "never"});
+    assert_eq!(checked["traffic"]["robot"], robot);
+    let remarks = checked["traffic"]["remarks"].as_array().expect("a list");
+    let dead_ends = remarks.iter().filter(|remark| remark["topic"] == "dead-end");
+    assert_eq!(dead_ends.count(), 16);
+    let output = regatta_graph(&["check", "--traffic", "--length", "nan"], Some(&comb));
+    let error = text(&output.stderr);
+    assert!(!output.status.success() && error.contains("must be 0.01 to 20"), "{error}");
+    let output = regatta_graph(&["check", "--length", "1"], Some(&comb));
+    assert!(text(&output.stderr).contains("--traffic"), "sizes are those of --traffic only");
+}
+
+#[test]
+fn a_scenario_is_examined_for_its_robots() {
+    let output = regatta_graph(&["check", "--traffic"], Some(&graphs("warehouse-managed.yaml")));
+    let printed = text(&output.stdout);
+    // Its robots have no rotation speed.
+    let expected = "traffic of robots of 0.9 m × 0.6 m that never turn on the spot";
+    assert!(output.status.success() && printed.contains(expected), "{printed}");
+}

@@ -1,0 +1,169 @@
+//! `--traffic` of `regatta graph check` and `regatta graph draw`: what a layout allows robots.
+
+use clap::Args;
+use regatta_layout::traffic::{
+    Certainty, Certificate, Remark, RobotType, RobotTypeError, Topic, Turning,
+};
+use regatta_layout::{EdgeIndex, NodeIndex, RouteGraph};
+use regatta_scenario::{Scenario, Shape};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+
+/// The largest number of lines about one topic; JSON has all.
+const MOST_LINES: usize = 12;
+
+/// The options of a certificate of traffic.
+#[derive(Args, Debug)]
+pub struct TrafficArgs {
+    /// Also show what the layout allows robots: single tracks, dead ends, rings, stations in the
+    /// way
+    #[arg(long)]
+    traffic: bool,
+    /// Length of robots; 0.9, or that of a scenario's robots, if not given
+    #[arg(long, value_name = "METRES", requires = "traffic")]
+    length: Option<f64>,
+    /// Width of robots; 0.6, or that of a scenario's robots, if not given
+    #[arg(long, value_name = "METRES", requires = "traffic")]
+    width: Option<f64>,
+    /// Robots never turn on the spot
+    #[arg(long, requires = "traffic")]
+    no_turns: bool,
+}
+
+impl TrafficArgs {
+    /// Returns the robots that a certificate of a layout is wanted for, if one is.
+    ///
+    /// # Errors
+    /// Returns an error if a size is out of range.
+    pub fn robot(&self) -> Result<Option<RobotType>, Failure> {
+        Ok(if self.traffic { Some(self.robot_like(RobotType::default())?) } else { None })
+    }
+
+    /// The same for the layout of a scenario: what isn't given is that of its robots.
+    ///
+    /// # Errors
+    /// Returns an error if a size is out of range.
+    pub fn robot_of(&self, scenario: &Scenario) -> Result<Option<RobotType>, Failure> {
+        Ok(if self.traffic { Some(self.robot_like(default_robot(scenario)?)?) } else { None })
+    }
+
+    fn robot_like(&self, default: RobotType) -> Result<RobotType, RobotTypeError> {
+        let (length, width) =
+            (self.length.unwrap_or(default.length()), self.width.unwrap_or(default.width()));
+        let turning = if self.no_turns { Turning::Never } else { default.turning() };
+        RobotType::new(length, width, turning)
+    }
+}
+
+/// Returns the type of a scenario's first robots; a circle counts as the square around it.
+///
+/// # Errors
+/// Returns an error if they are too large or too small for a certificate.
+fn default_robot(scenario: &Scenario) -> Result<RobotType, RobotTypeError> {
+    let first = scenario.groups.first();
+    let Some(robot) = first.and_then(|group| scenario.robot_types.get(group.robot_type as usize))
+    else {
+        return Ok(RobotType::default());
+    };
+    let length = micrometres(robot.length);
+    let width = match robot.shape {
+        Shape::Rectangle => micrometres(robot.width),
+        Shape::Circle => length,
+    };
+    let turning = if robot.max_rotation_speed > 0.0 { Turning::OnTheSpot } else { Turning::Never };
+    RobotType::new(length, width, turning)
+}
+
+/// Rounds metres to micrometres: 0.9 in single precision is 0.9 then.
+fn micrometres(metres: f32) -> f64 {
+    (f64::from(metres) * 1e6).round() / 1e6
+}
+
+/// What a layout allows robots.
+pub struct Traffic {
+    robot: RobotType,
+    safe_robots: Option<u32>,
+    remarks: Vec<(Remark, Names)>,
+}
+
+/// The nodes and edges of a remark.
+struct Names {
+    nodes: Vec<Value>,
+    edges: Vec<u32>,
+}
+
+impl Traffic {
+    /// Examines a layout.
+    pub fn new(graph: &RouteGraph, robot: &RobotType) -> Self {
+        let certificate = Certificate::new(graph, robot);
+        let remarks = certificate.remarks(graph).into_iter();
+        let remarks = remarks.map(|remark| {
+            let names = Names {
+                nodes: remark.nodes.iter().map(|&node| node_name(graph, node)).collect(),
+                edges: remark.edges.iter().map(|&edge| edge_id(graph, edge)).collect(),
+            };
+            (remark, names)
+        });
+        let safe_robots = certificate.safe_robots();
+        Self { robot: *robot, safe_robots, remarks: remarks.collect() }
+    }
+
+    /// Returns a line about the robots, and one for each remark, the first ones of each topic.
+    pub fn lines(&self) -> Vec<String> {
+        let turns = match self.robot.turning() {
+            Turning::OnTheSpot => "that turn on the spot",
+            Turning::Never => "that never turn on the spot",
+        };
+        let mut lines = vec![format!(
+            "traffic of robots of {} m × {} m {turns} (--length, --width, --no-turns):",
+            self.robot.length(),
+            self.robot.width()
+        )];
+        for remarks in self.remarks.chunk_by(|a, b| a.0.topic == b.0.topic) {
+            let shown = remarks.iter().take(MOST_LINES);
+            lines.extend(shown.map(|(remark, _)| line(remark)));
+            if let Some(more @ 1..) = remarks.len().checked_sub(MOST_LINES) {
+                let topic = topic_name(remarks[0].0.topic);
+                lines.push(format!("  {topic}: {more} more; --json lists all"));
+            }
+        }
+        lines
+    }
+
+    /// Returns the robots and all remarks.
+    pub fn json(&self) -> Value {
+        let remarks: Vec<Value> =
+            self.remarks.iter().map(|(remark, names)| remark_json(remark, names)).collect();
+        json!({"robot": self.robot, "safe_robots": self.safe_robots, "remarks": remarks})
+    }
+}
+
+fn line(remark: &Remark) -> String {
+    format!("  {}: {}", topic_name(remark.topic), remark.message)
+}
+
+fn topic_name(topic: Topic) -> String {
+    topic.name().replace('-', " ")
+}
+
+fn remark_json(remark: &Remark, names: &Names) -> Value {
+    json!({
+        "topic": remark.topic.name(),
+        "message": remark.message,
+        "nodes": names.nodes,
+        "edges": names.edges,
+        "robots": remark.robots.map(|count| count.robots),
+        "exact": remark.robots.map(|count| count.certainty == Certainty::Exact),
+        "metres": remark.metres,
+    })
+}
+
+fn node_name(graph: &RouteGraph, node: NodeIndex) -> Value {
+    let node = graph.node(node);
+    json!({"id": node.id, "name": node.name()})
+}
+
+fn edge_id(graph: &RouteGraph, edge: EdgeIndex) -> u32 {
+    graph.edge(edge).id
+}
