@@ -5,7 +5,8 @@ use glam::{DVec2, Vec2, vec2};
 use super::cubic::Cubic;
 use super::{Rectangle, Span, angle_between};
 
-/// The longest stretch in metres, unless another is given: the resolution at which claims are given back.
+/// The longest stretch in metres, unless another is given: the resolution at which claims are given
+/// back.
 const STEP: f64 = 0.1;
 /// The largest change of heading within half a stretch, in radians; sharper bends get shorter
 /// stretches.

@@ -11,7 +11,8 @@ const SIDES: std::ops::RangeInclusive<f64> = 0.01..=20.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Turning {
-    /// They do, at nodes where the heading changes by more than 5°, and need the circle around them.
+    /// They do, at nodes where the heading changes by more than 5°, and need the circle around
+    /// them.
     OnTheSpot,
     /// They don't: they need no room beside that of their ways.
     Never,

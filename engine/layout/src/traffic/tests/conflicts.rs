@@ -6,6 +6,7 @@ use regatta_base::graph::Gear;
 use regatta_base::sweep::Rectangle;
 
 use super::layouts::{layout, robot};
+use crate::NodeIndex;
 use crate::model::route_graph::{Edge, RouteGraph};
 use crate::traffic::conflicts::{Conflicts, Sweeps};
 use crate::traffic::network::Network;
@@ -91,13 +92,16 @@ proptest! {
             let start = if leg.gear == Gear::Forward { edge.origin } else { edge.destination };
             for node in (0..network.nodes()).filter(|node| *node != start.0) {
                 let meets = edge.origin.0 == node || edge.destination.0 == node;
-                let end = network.end(leg);
-                let touches = meets || conflicts.is_touching(node, end) || conflicts.touched(node).contains(&leg.edge.0);
+                let touches = meets
+                    || conflicts.is_touching(node, network.end(leg))
+                    || conflicts.touched(node).contains(&leg.edge.0);
                 let is_blocked = conflicts.is_blocked(leg, node);
                 prop_assert!(is_blocked || !touches);
                 if is_blocked && !touches {
-                    let gap = graph.node(start).position.distance(graph.node(crate::NodeIndex(node)).position);
-                    prop_assert!(robot.turning() == Turning::OnTheSpot && gap < 3.0 * circle + EXCESS);
+                    let [here, there] =
+                        [start, NodeIndex(node)].map(|node| graph.node(node).position);
+                    prop_assert!(robot.turning() == Turning::OnTheSpot);
+                    prop_assert!(here.distance(there) < 3.0 * circle + EXCESS);
                 }
             }
         }

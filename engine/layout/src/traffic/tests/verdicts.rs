@@ -73,8 +73,11 @@ proptest! {
         let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
         let waiting: Vec<u32> =
             model.placements().filter(|set| *set != 0 && model.may_all_wait(*set)).collect();
-        let is_minimal = |set: &u32| waiting.iter().all(|other| other == set || other & set != *other);
-        let minimal: Vec<u32> = waiting.iter().copied().filter(is_minimal).collect();
+        let minimal: Vec<u32> = waiting
+            .iter()
+            .copied()
+            .filter(|set| waiting.iter().all(|other| other == set || other & set != *other))
+            .collect();
         let pairs = minimal.iter().filter(|set| set.count_ones() == 2).count();
         let larger = minimal.iter().map(|set| set.count_ones() as usize).filter(|count| *count > 2);
         let rings = &certificate.rings;
