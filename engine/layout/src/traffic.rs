@@ -13,7 +13,7 @@
 //! - Robots enlarged by 3 mm touch if their swept boxes do
 //!   ([`sweep`](regatta_base::sweep)): what is said to be free is free.
 //!
-//! Levels of a building count as one plane, as in a simulation. Robots that stop between nodes, or
+//! Robots on different levels of a building don't touch. Robots that stop between nodes, or
 //! move at the same time, can do more than the model, and a fleet manager may do less. Where a
 //! number of the model would take too long to compute, it is a bound, and says so
 //! ([`Certainty`]).
@@ -31,6 +31,7 @@
 //! ```
 
 mod conflicts;
+mod levels;
 mod network;
 mod parts;
 mod passing;

@@ -327,9 +327,8 @@ impl Blocks {
     /// Sets the zone to the first block of a member.
     fn tag(&self, member: &str, tags: &mut Tags) {
         let first = self.by_member.get(member).and_then(|indices| self.list.get(*indices.first()?));
-        tags.zone = first
-            .map(|block| block.name.as_str().into())
-            .filter(|name: &Box<str>| !name.is_empty());
+        let name = first.map_or("", |block| &block.name);
+        tags.zone = (!name.is_empty()).then(|| name.into());
         tags.zone = take_own(&mut tags.properties, "zone").or(tags.zone.take());
         tags.level = take_own(&mut tags.properties, "level");
     }

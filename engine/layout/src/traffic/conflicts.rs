@@ -7,6 +7,7 @@ use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, SMOOTH_TURN};
 use regatta_base::rows::Rows;
 use regatta_base::sweep::{BodyHeading, Footprint, Grid, Outlines, Rectangle, Sweep, SweptBox};
 
+use super::levels::Levels;
 use super::network::{Network, leg_index, leg_of};
 use super::robot::{RobotType, Turning};
 use crate::model::angle::normalize_angle;
@@ -190,6 +191,7 @@ struct Finder<'a> {
     /// By node: a rectangle for each heading of a robot that stands there.
     standing: Vec<Vec<Rectangle>>,
     node_grid: Grid,
+    levels: Levels,
     footprint: Footprint,
     turning: Turning,
 }
@@ -210,6 +212,7 @@ impl<'a> Finder<'a> {
             edges,
             standing,
             graph,
+            levels: Levels::new(graph),
             footprint,
             turning: robot.turning(),
         }
@@ -227,6 +230,7 @@ impl<'a> Finder<'a> {
             let ends = self.graph.edge(EdgeIndex(edge));
             ends.origin.0 != node
                 && ends.destination.0 != node
+                && self.levels.join_edge(node, edge)
                 && touches_any(standing, self.edges[edge as usize].rectangles())
         });
         near
@@ -237,7 +241,9 @@ impl<'a> Finder<'a> {
         let standing = &self.standing[node as usize];
         let mut near = self.node_grid.near(standing);
         near.retain(|&other| {
-            other != node && touches_any(standing, &self.standing[other as usize])
+            other != node
+                && self.levels.join_nodes(node, other)
+                && touches_any(standing, &self.standing[other as usize])
         });
         near
     }
@@ -255,7 +261,11 @@ impl<'a> Finder<'a> {
         }
         let standing = &self.standing[node as usize];
         let mut near = self.node_grid.near(&[self.disc(node)]);
-        near.retain(|&other| other != node && touches_any(standing, &[self.disc(other)]));
+        near.retain(|&other| {
+            other != node
+                && self.levels.join_nodes(node, other)
+                && touches_any(standing, &[self.disc(other)])
+        });
         near
     }
 }
