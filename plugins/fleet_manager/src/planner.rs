@@ -162,7 +162,7 @@ impl PlannerKind {
         }
         if robots <= MOST_COMMITTED {
             let committed = Committed::new(roads);
-            if robots <= committed.rest_places() {
+            if robots <= committed.most_robots() {
                 return (Box::new(committed), Self::Committed.settings());
             }
         }

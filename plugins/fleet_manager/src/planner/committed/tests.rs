@@ -27,15 +27,16 @@ fn drive(name: &str, world: &WorldData, (robots, seed): (usize, u64), secs: u32)
 
 #[test]
 fn opposing_traffic_shares_a_track() {
-    for robots in 1..=5 {
+    // As many robots as rest places hardly get on.
+    for (robots, fewest) in [(1, 10), (2, 10), (3, 10), (4, 10), (5, 10), (6, 2)] {
         let model = drive("track", &worlds::single_track(7), (robots, 1), 1_200);
-        assert!(model.arrivals.iter().all(|&goals| goals >= 10), "{:?}", model.arrivals);
+        assert!(model.arrivals.iter().all(|&goals| goals >= fewest), "{:?}", model.arrivals);
     }
 }
 
 #[test]
 fn a_dead_end_is_left_before_it_is_entered() {
-    for robots in 1..=3 {
+    for robots in 1..=4 {
         let model = drive("stub", &worlds::ring_with_stub(3), (robots, 3), 1_200);
         assert!(model.arrivals.iter().all(|&goals| goals >= 4), "{:?}", model.arrivals);
     }
@@ -66,5 +67,5 @@ fn each_part_of_the_roads_has_rest_places() {
 #[test]
 fn robots_cross_a_grid() {
     let model = drive("grid", &worlds::cells(8), (12, 1), 600);
-    assert!(model.arrivals.iter().all(|&goals| goals >= 4), "{:?}", model.arrivals);
+    assert!(model.arrivals.iter().all(|&goals| goals >= 20), "{:?}", model.arrivals);
 }
