@@ -108,7 +108,8 @@ fn the_manager_keeps_a_zone_and_robots_without_one_do_not() {
         );
         std::fs::write(&file, scenario).expect("written");
         let args = ["--in-process", "--simulated", "3min"];
-        Process::start(regatta().arg("run").arg(&file).args(args)).finish()
+        Process::start(regatta().current_dir(folder.path()).arg("run").arg(&file).args(args))
+            .finish()
     };
     let alone = run("- {route: [1, 2], repeat: loop}\n- {route: [3, 4], repeat: loop}\n", "");
     assert!(!alone.status.success(), "{}", text(&alone));
