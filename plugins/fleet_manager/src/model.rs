@@ -89,6 +89,8 @@ pub struct Model {
     pub stalls: u32,
     /// The number of robots that break down after [`BREAKDOWN`].
     pub broken: usize,
+    /// The number of robots that have something to do where they start.
+    pub pinned: usize,
     tick: u32,
     sent: Vec<u32>,
     /// By robot.
@@ -126,6 +128,7 @@ impl Model {
             random: Random(seed),
             stalls: 0,
             broken: 0,
+            pinned: 0,
             tick: 0,
             sent: vec![0; count],
             arrivals: vec![0; count],
@@ -188,6 +191,12 @@ impl Model {
     }
 
     fn send(&mut self, robot: usize) {
+        if robot < self.pinned {
+            if self.tick == 0 {
+                self.steering.stay(robot as u32);
+            }
+            return;
+        }
         let goal = self.goals[robot];
         let has_arrived = goal.is_some_and(|goal| self.steering.has_arrived(robot as u32, goal));
         if goal.is_some() && !has_arrived && !self.steering.is_unreachable(robot as u32) {

@@ -4,6 +4,7 @@ use super::{Blocks, Committed, Rests};
 use crate::model::{Model, TICK_SECS, places, worlds};
 use crate::planner::{Planner, PlannerKind};
 use crate::roads::Roads;
+use crate::traffic::Robot;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 
 fn committed(roads: &Roads) -> Box<dyn Planner> {
@@ -31,6 +32,23 @@ fn opposing_traffic_shares_a_track() {
     for (robots, fewest) in [(1, 10), (2, 10), (3, 10), (4, 10), (5, 10), (6, 2)] {
         let model = drive("track", &worlds::single_track(7), (robots, 1), 1_200);
         assert!(model.arrivals.iter().all(|&goals| goals >= fewest), "{:?}", model.arrivals);
+    }
+}
+
+#[test]
+fn a_robot_at_work_is_not_sent_away() {
+    let world = worlds::single_track(7);
+    for seed in 1..5 {
+        let settings = PlannerKind::Committed.settings();
+        let starts = places(&world, 4, seed);
+        let mut model = Model::new(&world, &starts, seed, settings, committed);
+        model.pinned = 1;
+        let base = |model: &Model| model.steering.claims().end(0).copied();
+        model.run(1);
+        let before = base(&model);
+        model.run(600);
+        assert!(model.steering.robot(0).is_some_and(Robot::is_pinned), "seed {seed}");
+        assert_eq!(base(&model), before, "seed {seed}");
     }
 }
 
