@@ -376,8 +376,8 @@ fn dwell_times_and_layouts_can_be_compared() {
     assert!(plain > 0.0, "a layout without stations gets orders among its nodes");
 }
 
-/// The orders that robots carry in an hour of a small plant under the default planner: the fewest of
-/// its runs. No run has a contact or another finding.
+/// The orders that robots carry in an hour of a small plant under the default planner: the fewest
+/// of its runs. No run has a contact or another finding.
 fn carried(plant: &str, robots: u32) -> f64 {
     let folder = tempfile::tempdir().expect("a folder");
     let mut command = regatta();

@@ -103,8 +103,8 @@ fn the_manager_keeps_a_zone_and_robots_without_one_do_not() {
     let file = folder.path().join("scenario.yaml");
     let run = |robots: &str, manager: &str| {
         let scenario = format!(
-            "graph: plant.yaml\nrobot_types: [{{name: a, length: 0.9, width: 0.6, max_rotation_speed: \
-             1}}]\nviewer: off\nrobots:\n{robots}plugins:\n{manager}- validator\n"
+            "graph: plant.yaml\nrobot_types: [{{name: a, length: 0.9, width: 0.6, \
+             max_rotation_speed: 1}}]\nviewer: off\nrobots:\n{robots}plugins:\n{manager}- validator\n"
         );
         std::fs::write(&file, scenario).expect("written");
         let args = ["--in-process", "--simulated", "3min"];

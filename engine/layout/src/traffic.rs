@@ -72,24 +72,24 @@ pub struct InTheWay {
     pub edges: Vec<EdgeIndex>,
 }
 
-/// What a layout allows robots of a type.
+/// The certificate of a layout: the traffic that it allows robots of a type.
 #[derive(Clone, Debug)]
 pub struct Certificate {
     /// The robots.
     pub robot: RobotType,
-    /// Where two robots can't pass each other.
+    /// The single tracks, on which two robots can't pass each other.
     pub sections: Vec<Section>,
-    /// Where a standing robot blocks a through road.
+    /// The stations at which a standing robot blocks a through road.
     pub stations: Vec<BlockingStation>,
-    /// Where robots may all wait for the next one.
+    /// The rings of roads on which robots may all wait for the next one.
     pub rings: Rings,
-    /// What can't be reached or left.
+    /// The parts that can't be reached or left.
     pub parts: Vec<Part>,
-    /// Where a standing robot is in the way on other roads.
+    /// The nodes at which a standing robot is in the way on other roads.
     pub in_the_way: Vec<InTheWay>,
     /// The legs that are slower than a walk.
     pub slow: Vec<SlowLeg>,
-    /// How many robots can be under way.
+    /// The largest number of robots that can be under way.
     pub under_way: MostUnderWay,
     /// The nodes that legs lead to, and none leaves.
     pub sinks: Vec<NodeIndex>,

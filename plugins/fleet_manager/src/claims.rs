@@ -363,8 +363,8 @@ impl Claims {
         self.holders[track as usize].retain(|holder| holder.robot != robot);
     }
 
-    /// Brings the zones of a track up to date after a robot's claim has changed there. Who waits for
-    /// a robot in a zone asks again when any robot has left it.
+    /// Brings the zones of a track up to date after a robot's claim has changed there. Who waits
+    /// for a robot in a zone asks again when any robot has left it.
     fn update_zones(&mut self, roads: &Roads, robot: u32, track: u32) {
         let claim = &self.stretches[robot as usize];
         for other in self.occupancy.update(roads, robot, track, claim) {

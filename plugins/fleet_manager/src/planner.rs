@@ -38,8 +38,8 @@ pub trait Planner: fmt::Debug + Send {
     /// still at the end of its base until it gets a route, or is told unreachable.
     fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans);
 
-    /// Returns a robot that another one has to wait for instead of keeping the extension of its base
-    /// that it has just claimed; by default, none.
+    /// Returns a robot that another one has to wait for instead of keeping the extension of its
+    /// base that it has just claimed; by default, none.
     fn objection(&mut self, _traffic: &Traffic<'_>, _robot: u32) -> Option<u32> {
         None
     }

@@ -1,4 +1,4 @@
-//! Where two tracks touch: stretch by stretch, with circles around groups of them.
+//! The places at which two tracks touch: stretch by stretch, with circles around groups of them.
 
 use glam::Vec2;
 

@@ -93,9 +93,9 @@ impl RouteGraph {
 /// Returns a zone of a graph whose edges have changed: by edge, that which it was or that it is
 /// added to.
 fn with_edges(zone: &Zone, before: &[EdgeIndex]) -> Zone {
-    let is_in = |before: &EdgeIndex| zone.edges.binary_search(before).is_ok();
     let edges = (0..).map(EdgeIndex).zip(before);
-    let edges = edges.filter(|(_, before)| is_in(before)).map(|(edge, _)| edge).collect();
+    let kept = edges.filter(|(_, before)| zone.edges.binary_search(before).is_ok());
+    let edges = kept.map(|(edge, _)| edge).collect();
     Zone { edges, ..zone.clone() }
 }
 

@@ -16,8 +16,8 @@ pub struct Tags {
     pub name: Option<Box<str>>,
     /// The level (floor) of a building.
     pub level: Option<Box<str>>,
-    /// The group of nodes and edges in the file: a zone, a block or a mutex group. Those with a rule
-    /// are [`zones`](crate::RouteGraph::zones), too.
+    /// The group of nodes and edges in the file: a zone, a block or a mutex group. Those with a
+    /// rule are [`zones`](crate::RouteGraph::zones), too.
     pub zone: Option<Box<str>>,
     /// All other keys of the file, as text.
     pub properties: BTreeMap<Box<str>, Box<str>>,

@@ -23,8 +23,8 @@ pub struct Zone {
 pub enum ZoneRule {
     /// At most so many robots at the same time.
     Capacity(NonZeroU32),
-    /// Several robots only if all have entered at the same node. Nodes where two or more of its edges
-    /// meet are in it, too.
+    /// Several robots only if all have entered at the same node. Nodes where two or more of its
+    /// edges meet are in it, too.
     SameDirection,
 }
 

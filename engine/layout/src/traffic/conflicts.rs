@@ -1,4 +1,4 @@
-//! What a standing robot blocks: legs, and nodes where no other robot can stand.
+//! The legs that a standing robot blocks, and the nodes where no other robot can stand.
 
 use std::f64::consts::PI;
 
@@ -64,7 +64,7 @@ pub fn is_straight(path: &Path) -> bool {
         .all(|point| chord.perp_dot(point - path.start()).abs() <= 1e-9 * chord.length_squared())
 }
 
-/// What robots block that stand at nodes, by brute geometry: no relation between the roads counts.
+/// The roads that robots at nodes block, by brute geometry: no relation between the roads counts.
 #[derive(Debug)]
 pub struct Conflicts {
     /// By leg: the nodes other than its start where a standing robot keeps others from driving it,

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use regatta_base::graph::NodeIndex;
-
 use crate::model::route_graph::RouteGraph;
 use crate::model::tags::Tags;
 
@@ -22,24 +20,21 @@ impl Levels {
     /// its ends; an edge whose ends are on different levels is on none in particular.
     pub fn new(graph: &RouteGraph) -> Self {
         let mut numbers = BTreeMap::new();
-        let mut level = |tags: Option<&Tags>| {
-            let name = tags.and_then(|tags| tags.level.clone());
-            let next = numbers.len() as Level + 1;
-            name.map_or(0, |name| *numbers.entry(name).or_insert(next))
-        };
-        let nodes: Vec<Level> =
-            graph.nodes().iter().map(|node| level(node.tags.as_deref())).collect();
-        let of_node = |node: NodeIndex| nodes[node.0 as usize];
+        let mut nodes: Vec<Level> = Vec::new();
+        for node in graph.nodes() {
+            nodes.push(number(&mut numbers, node.tags.as_deref()));
+        }
         let edges = graph.edges().iter().map(|edge| {
-            let own = level(edge.tags.as_deref());
-            let (from, to) = (of_node(edge.origin), of_node(edge.destination));
+            let own = number(&mut numbers, edge.tags.as_deref());
+            let [from, to] = [edge.origin, edge.destination].map(|node| nodes[node.0 as usize]);
             match own {
                 _ if from != to && from != 0 && to != 0 => 0,
                 0 if from == to => from,
                 own => own,
             }
         });
-        Self { edges: edges.collect(), nodes }
+        let edges = edges.collect();
+        Self { nodes, edges }
     }
 
     /// Whether robots at two nodes aren't on different levels.
@@ -51,6 +46,13 @@ impl Levels {
     pub fn join_edge(&self, node: u32, edge: u32) -> bool {
         may_meet(self.nodes[node as usize], self.edges[edge as usize])
     }
+}
+
+/// Returns the number of the level that tags name.
+fn number<'graph>(numbers: &mut BTreeMap<&'graph str, Level>, tags: Option<&'graph Tags>) -> Level {
+    let Some(name) = tags.and_then(|tags| tags.level.as_deref()) else { return 0 };
+    let next = numbers.len() as Level + 1;
+    *numbers.entry(name).or_insert(next)
 }
 
 fn may_meet(a: Level, b: Level) -> bool {

@@ -16,7 +16,7 @@ const FEWEST_TRACKS: usize = 3;
 pub struct Passing<'a> {
     /// The legs.
     pub network: &'a Network<'a>,
-    /// What robots block that stand.
+    /// The roads that standing robots block.
     pub conflicts: &'a Conflicts,
     /// The tracks.
     pub tracks: &'a Tracks,

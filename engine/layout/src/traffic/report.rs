@@ -16,7 +16,7 @@ use crate::model::value::{duration, plural, shorten};
 /// The largest number of nodes or edges that a line names.
 const MOST_NAMES: usize = 6;
 
-/// What a remark is about.
+/// The subject of a remark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Topic {
@@ -41,7 +41,7 @@ pub enum Topic {
 /// A line of a certificate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remark {
-    /// What it is about.
+    /// Its subject.
     pub topic: Topic,
     /// A sentence without a full stop.
     pub message: String,
@@ -232,7 +232,7 @@ impl Writer<'_> {
         remarks
     }
 
-    /// What is proved of robots that are few enough, if it is more than that one can drive alone.
+    /// The number of robots that is proved safe, if it is more than one.
     fn safe(&self) -> Option<Remark> {
         let robots = match self.certificate.safe_robots() {
             None => "any number of robots".to_owned(),

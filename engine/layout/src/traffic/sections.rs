@@ -34,7 +34,7 @@ pub struct Section {
     pub in_line: u32,
 }
 
-/// What a section is to those who drive there.
+/// The kind of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SectionKind {
     /// It leads from end to end.
@@ -46,7 +46,7 @@ pub enum SectionKind {
 }
 
 impl Section {
-    /// What the section is to those who drive there.
+    /// The kind.
     pub fn kind(&self) -> SectionKind {
         match self.ends.len() {
             0 => SectionKind::Whole,

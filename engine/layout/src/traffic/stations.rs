@@ -16,7 +16,7 @@ const MOST_STEPS: u64 = 100_000_000;
 /// with a role, or a node of a station.
 pub type StationNames = BTreeMap<u32, Vec<String>>;
 
-/// What a robot that stands at a station does to those that drive elsewhere.
+/// The effect of a robot that stands at a station on those that drive elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
     /// No way leads any more from the first node to the second one, which are of the main part.
@@ -34,7 +34,7 @@ pub struct BlockingStation {
     pub node: NodeIndex,
     /// The names of its stations; none if the node has only a role.
     pub names: Vec<String>,
-    /// What a standing robot does.
+    /// The effect of a standing robot.
     pub effect: Effect,
 }
 
@@ -90,7 +90,7 @@ enum Way {
 }
 
 impl Detours<'_> {
-    /// What a robot at a node does; `None` if it blocks no through road.
+    /// Returns the effect of a robot at a node; `None` if it blocks no through road.
     fn effect(&mut self, node: u32) -> Option<Effect> {
         let mut effect = None;
         for (from, to) in self.through_roads(node) {

@@ -239,11 +239,7 @@ impl<'graph> ModelWriter<'graph> {
 
     fn count_tags(&mut self, tags: Option<&Tags>) {
         let Some(tags) = tags else { return };
-        let zones = self.graph.zones();
-        let is_block = |name: &str| {
-            zones.iter().any(|zone| *zone.name == *name && block_type(zone.rule).is_some())
-        };
-        let has_zone = tags.zone.as_deref().is_some_and(|zone| !is_block(zone));
+        let has_zone = tags.zone.as_deref().is_some_and(|name| !self.blocks.contains_key(name));
         self.losses.add_if(tags.level.is_some(), "levels are kept as properties `regatta:level`");
         self.losses.add_if(has_zone, "zones are kept as properties `regatta:zone`");
     }

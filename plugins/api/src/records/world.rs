@@ -1,9 +1,8 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
 //!
-//! A sample is a block of lines with seven sections: nodes, edges, curves, robot types, texts, zones
-//! and their members.
-//! Each section starts on a whole line. Readers get them as a [`World`]; producers fill in a
-//! [`WorldData`].
+//! A sample is a block of lines with seven sections: nodes, edges, curves, robot types, texts,
+//! zones and their members. Each section starts on a whole line. Readers get them as a [`World`];
+//! producers fill in a [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]

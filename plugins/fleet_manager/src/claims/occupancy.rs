@@ -32,8 +32,8 @@ impl Occupancy {
         Self { inside: vec![Vec::new(); zones.len()], zones }
     }
 
-    /// Brings the zones of a track up to date for a robot whose claim has changed there. Returns the
-    /// robots in zones that it has left.
+    /// Brings the zones of a track up to date for a robot whose claim has changed there. Returns
+    /// the robots in zones that it has left.
     pub fn update(
         &mut self,
         roads: &Roads,

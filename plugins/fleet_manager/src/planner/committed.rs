@@ -3,9 +3,9 @@
 //! A *rest place* is a node where a robot may stand for any time: with robots on all of them, the
 //! rest of the roads stays in one piece. Every robot that drives has a committed way: over its goal
 //! to a rest place that no other robot's way ends at. A state of the traffic is *completable* if
-//! the robots can drive to the ends of their ways one at a time, each past the others as they stand.
-//! A base is extended only if the state stays completable, so that robots never come to stand
-//! head-on, nor in a dead end behind each other.
+//! the robots can drive to the ends of their ways one at a time, each past the others as they
+//! stand. A base is extended only if the state stays completable, so that robots never come to
+//! stand head-on, nor in a dead end behind each other.
 //!
 //! | module | |
 //! |---|---|

@@ -2,8 +2,8 @@
 //!
 //! A place of an edge is *open* if a robot that stands there blocks only the edge itself, and edges
 //! that lead straight into or out of it. A node is a *siding* if a robot that stands there is only
-//! in the way of edges that meet there. No place in a zone for one robot is either: a robot enters it
-//! if it can drive through.
+//! in the way of edges that meet there. No place in a zone for one robot is either: a robot enters
+//! it if it can drive through.
 
 use regatta_base::cores;
 use regatta_base::rows::Rows;

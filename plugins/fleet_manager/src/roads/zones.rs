@@ -9,8 +9,8 @@ use super::{Leg, Road, Roads};
 
 /// The distance from a node, in metres, up to which a robot is kept off it.
 const NEAR_NODE: f32 = 0.1;
-/// The distance from the end of an edge, in metres, up to which a robot stands at the node there, and
-/// not on the edge.
+/// The distance from the end of an edge, in metres, up to which a robot stands at the node there,
+/// and not on the edge.
 const AT_NODE: f32 = 2e-3;
 
 /// A part of a track that belongs to a zone.

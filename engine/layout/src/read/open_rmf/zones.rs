@@ -24,10 +24,15 @@ pub(super) fn zones(layout: &Layout) -> Vec<LayoutZone> {
 
 /// Returns the names of the exclusive zones of a vertex or a lane.
 fn names(tags: &Tags) -> impl Iterator<Item = String> {
-    let property = |key: &str| tags.properties.get(key).filter(|value| !value.is_empty());
-    let mutex = property("mutex").or(property("in_mutex")).map(ToString::to_string);
-    let lift = property("lift").or(property("lift_cabin")).map(|lift| format!("lift {lift}"));
+    let mutex = property(tags, "mutex").or(property(tags, "in_mutex")).map(str::to_owned);
+    let lift = property(tags, "lift").or(property(tags, "lift_cabin"));
+    let lift = lift.map(|lift| format!("lift {lift}"));
     mutex.into_iter().chain(lift)
+}
+
+/// Returns the value of a property, unless it is empty.
+fn property<'tags>(tags: &'tags Tags, key: &str) -> Option<&'tags str> {
+    tags.properties.get(key).map(|value| &**value).filter(|value| !value.is_empty())
 }
 
 /// Returns the zone with a name, which is made if it is new.

@@ -78,8 +78,8 @@ fn robots_have_sizes_within_a_range() {
 fn a_road_on_another_floor_is_in_nobodys_way() {
     let plant = |upper: &str| {
         format!(
-            "id,x,y,level\nA,0,0,L1\nB,9,0,L1\nC,4.5,-5,{upper}\nD,4.5,0.2,{upper}\n\nfrom,to,speed\n\
-             A,B,1\nB,A,1\nC,D,1\nD,C,1\n"
+            "id,x,y,level\nA,0,0,L1\nB,9,0,L1\nC,4.5,-5,{upper}\nD,4.5,0.2,{upper}\n\n\
+             from,to,speed\nA,B,1\nB,A,1\nC,D,1\nD,C,1\n"
         )
     };
     let is_in_way = |line: &String| line.starts_with("in-the-way");

@@ -44,19 +44,14 @@ impl Levels {
     /// its ends; an edge whose ends are on different levels is on none in particular.
     pub fn new(world: &World<'_>) -> Self {
         let mut numbers = BTreeMap::new();
-        let mut level = |offset: u32| {
-            let name = world.text(offset);
-            if name.is_empty() {
-                return Level::ANY;
-            }
-            let next = numbers.len() + 1;
-            Level(u16::try_from(*numbers.entry(name).or_insert(next)).unwrap_or(0))
-        };
-        let nodes: Vec<Level> = world.nodes().iter().map(|node| level(node.level)).collect();
-        let of_node = |node: u32| nodes.get(node as usize).copied().unwrap_or_default();
+        let mut nodes: Vec<Level> = Vec::new();
+        for node in world.nodes() {
+            nodes.push(level(&mut numbers, world.text(node.level)));
+        }
         let edges = world.edges().iter().map(|edge| {
-            let (own, from, to) =
-                (level(edge.level), of_node(edge.origin), of_node(edge.destination));
+            let own = level(&mut numbers, world.text(edge.level));
+            let [from, to] = [edge.origin, edge.destination]
+                .map(|node| nodes.get(node as usize).copied().unwrap_or_default());
             let between = match own {
                 _ if !from.may_meet(to) => Level::ANY,
                 Level::ANY if from == to => from,
@@ -96,6 +91,15 @@ impl Levels {
             between => between,
         }
     }
+}
+
+/// Returns the level with a name; the empty name is none in particular.
+fn level<'world>(numbers: &mut BTreeMap<&'world str, usize>, name: &'world str) -> Level {
+    if name.is_empty() {
+        return Level::ANY;
+    }
+    let next = numbers.len() + 1;
+    Level(u16::try_from(*numbers.entry(name).or_insert(next)).unwrap_or(0))
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
-/// A group of nodes and edges with a rule: a block, a mutex group, the cabin of a lift. A robot is in
-/// it while it stands at or drives along one of them. Fleet managers keep the rule; the engine
+/// A group of nodes and edges with a rule: a block, a mutex group, the cabin of a lift. A robot is
+/// in it while it stands at or drives along one of them. Fleet managers keep the rule; the engine
 /// doesn't know it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]

@@ -21,9 +21,9 @@ pub struct Rests {
 }
 
 impl Rests {
-    /// Finds rest places in each part of the roads: dead ends first, then nodes with little traffic.
-    /// A node becomes one if, with robots on all rest places, every other node of its part can still
-    /// be reached from every other one, and each rest place from there and back.
+    /// Finds rest places in each part of the roads: dead ends first, then nodes with little
+    /// traffic. A node becomes one if, with robots on all rest places, every other node of its part
+    /// can still be reached from every other one, and each rest place from there and back.
     pub fn new(roads: &Roads, blocks: &mut Blocks) -> Self {
         let mut search = Search::new(roads, blocks);
         let mut steps = 0;

@@ -124,8 +124,8 @@ impl Committed {
         }
     }
 
-    /// Commits a robot that can't go to its goal yet, and is in the way of one that was sent before,
-    /// to a way to a place where it isn't. Returns whether it has one.
+    /// Commits a robot that can't go to its goal yet, and is in the way of one that was sent
+    /// before, to a way to a place where it isn't. Returns whether it has one.
     pub(super) fn make_room(
         &mut self,
         traffic: &Traffic<'_>,

@@ -24,7 +24,8 @@ pub struct Member {
     place: Stretch,
     /// All that it blocks there.
     blocked: Vec<Key>,
-    /// The legs of its committed way behind the leg that it is on; `None` if it has none, and stays.
+    /// The legs of its committed way behind the leg that it is on; `None` if it has none, and
+    /// stays.
     ahead: Option<Vec<Leg>>,
     /// All that it needs for that way, once each, in ascending order; empty until it is computed.
     needs: Vec<Key>,
@@ -96,15 +97,14 @@ impl State {
     /// order: none if the state is completable. Afterwards each robot is where it came to.
     ///
     /// If none can drive all of its way, one of them drives on to where none of the others is to
-    /// come towards it. Only some orders are tried: a state may be completable all the same. A robot
-    /// that has driven a part of its way or of a step is to be the `first`, so that the order that
-    /// was found before is found again.
+    /// come towards it. Only some orders are tried: a state may be completable all the same. A
+    /// robot that has driven a part of its way or of a step is to be the `first`, so that the order
+    /// that was found before is found again.
     pub fn complete(&mut self, roads: &Roads, blocks: &mut Blocks, first: Option<u32>) -> Vec<u32> {
         let mut open: Vec<usize> = (0..self.members.len())
             .filter(|&index| !self.members[index].is_at_end(roads))
             .collect();
-        let is_first = |index: &usize| Some(self.members[*index].robot) == first;
-        let position = open.iter().position(is_first);
+        let position = open.iter().position(|index| Some(self.members[*index].robot) == first);
         open.rotate_left(position.unwrap_or(0));
         let before = (self.members.clone(), self.counts.clone());
         let mut stuck = Vec::new();
