@@ -7,8 +7,9 @@ use regatta_base::yaml::{self, Node};
 use super::sections::Part;
 use super::{Content, Scope};
 use crate::model::finding::Subject;
-use crate::model::raw::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, Values, ZONE_KEYS, find};
+use crate::model::keys::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, ZONE_KEYS, find};
 use crate::model::value::{Value, shorten};
+use crate::model::values::Values;
 use crate::read::file::SyntaxError;
 
 /// The reader of a part of a text.
