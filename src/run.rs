@@ -72,7 +72,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let (scenario, input) = read_scenario(&args)?;
     if args.in_process {
-        return in_process::run(scenario, input.as_ref(), &args, &termination);
+        return in_process::run(scenario, &args, &termination);
     }
     if scenario.viewer == Viewer::On && !HAS_VIEWER {
         return Err("the scenario requires a viewer, and this program was built without the \
@@ -87,7 +87,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
 
     let mut supervisor = Supervisor::default();
     let has_load = scenario.source.has(LOAD);
-    let load = if has_load { Some(LoadFile::new(&args, input.as_ref())?) } else { None };
+    let load = if has_load { Some(LoadFile::new(&args, &scenario)?) } else { None };
     let mut engine = engine_command(&args)?;
     engine.args(args.ticks(&scenario).map(|ticks| format!("--ticks={ticks}")));
     if let Some(input) = input {
@@ -148,18 +148,15 @@ enum LoadFile<'a> {
 }
 
 impl<'a> LoadFile<'a> {
-    fn new(args: &'a RunArgs, input: Option<&File>) -> io::Result<Self> {
-        if let (Some(path), None) = (&args.scenario, input) {
+    fn new(args: &'a RunArgs, scenario: &Scenario) -> io::Result<Self> {
+        let path = args.scenario.as_deref();
+        if let Some(path) = path.filter(|path| !scenario::is_standard_input(Some(path)))
+            && !scenario.is_default
+        {
             return Ok(Self::Scenario(path));
         }
         let mut copy = NamedTempFile::with_suffix(".yaml")?;
-        match input {
-            Some(mut input) => {
-                io::copy(&mut input, &mut copy)?;
-                input.rewind()?;
-            }
-            None => copy.write_all(args.demo().text().as_bytes())?,
-        }
+        copy.write_all(scenario.source.text().as_bytes())?;
         Ok(Self::Copy(copy))
     }
 

@@ -26,8 +26,8 @@ use crate::arguments::{LayoutArgs, Time};
 use crate::failure::{Failure, plugin_failure};
 use crate::version;
 
-/// Exit code of a study that found contacts.
-const TOUCHED: u8 = 1;
+/// Exit code of a study that found contacts, or no answer.
+const FOUND: u8 = 1;
 
 #[derive(Args)]
 pub struct StudyArgs {
@@ -131,8 +131,9 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     {
         return Err(format!("{name}: no run has succeeded: {reason}").into());
     }
+    let is_known = answer.variants.iter().all(|variant| variant.knee.is_some());
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
-    Ok(if contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(TOUCHED) })
+    Ok(if is_known && contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
 }
 
 fn conduct(

@@ -1,7 +1,6 @@
 //! `regatta run --in-process`: the engine and the scenario's plugins call each other in this
 //! process, as fast as possible. A table of results ends the run.
 
-use std::fs::File;
 use std::process::ExitCode;
 
 use regatta_meter::Figures;
@@ -18,22 +17,26 @@ use crate::failure::Failure;
 use crate::plugin;
 use crate::study::observers::{Observed, Observers};
 
+/// The name of the plugin that publishes the traffic, which is among the results.
+const TRAFFIC: &str = "traffic";
 /// The exit code of a run with findings.
 const FOUND: u8 = 1;
 
 /// Runs a scenario in this process, and prints its results.
 pub fn run(
     scenario: Scenario,
-    input: Option<&File>,
     args: &RunArgs,
     termination: &Termination,
 ) -> Result<ExitCode, Failure> {
     let ticks = args.ticks(&scenario).unwrap_or_default();
     let load = match scenario.source.has(LOAD) {
-        true => Some(LoadFile::new(args, input)?),
+        true => Some(LoadFile::new(args, &scenario)?),
         false => None,
     };
     let mut observers = Observers::new(true);
+    if scenario.plugins.iter().any(|plugin| plugin.name == TRAFFIC) {
+        observers = observers.unpublished();
+    }
     let outcome = {
         let mut plugins = Vec::new();
         for command in &scenario.plugins {

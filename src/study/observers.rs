@@ -3,12 +3,16 @@
 //! additional process costs some wake-ups a tick, which with small fleets would cost more than the
 //! work of the readers.)
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser};
 use regatta_meter::{Figures, Metering};
-use regatta_plugin::{Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World};
+use regatta_plugin::column::WAITS_FOR;
+use regatta_plugin::{
+    ColumnReader, Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World,
+};
 use regatta_study::outcome::{EdgeFigures, EdgeQueues, EdgeTraffic};
 use regatta_traffic::{QueueObserver, TrafficPlugin};
 use regatta_validator::{Report, Settings, Validator};
@@ -29,6 +33,9 @@ pub struct ObserverArgs {
     /// File for the findings of the validator, as JSON; without it, nothing is judged
     #[arg(long, value_name = "FILE")]
     validator: Option<PathBuf>,
+    /// File for the robots that others wait for at the end, as JSON
+    #[arg(long, value_name = "FILE")]
+    waits_for: PathBuf,
     /// File that is made when all are ready to read
     #[arg(long, value_name = "FILE")]
     ready: PathBuf,
@@ -50,6 +57,7 @@ pub struct Observers {
     queues: QueueObserver,
     meter: Metering,
     validator: Option<Validator>,
+    waits_for: Option<ColumnReader>,
 }
 
 /// The figures that the readers of a run have at its end.
@@ -62,6 +70,8 @@ pub struct Observed {
     pub meter: Figures,
     /// The findings; `None` if nothing was judged.
     pub findings: Option<Report>,
+    /// By robot: the robot that it waits for at the end.
+    pub waits_for: BTreeMap<u32, u32>,
 }
 
 impl Observers {
@@ -73,7 +83,14 @@ impl Observers {
             queues: QueueObserver::default(),
             meter: Metering::default(),
             validator: is_judged.then(|| Validator::new(Settings::default())),
+            waits_for: None,
         }
+    }
+
+    /// Keeps the traffic to itself, for a fleet whose traffic another plugin publishes.
+    #[must_use]
+    pub fn unpublished(self) -> Self {
+        Self { traffic: self.traffic.unpublished(), ..self }
     }
 
     /// Returns the figures, and ends the judgement.
@@ -85,11 +102,23 @@ impl Observers {
             queues: EdgeFigures { edges: queues.collect() },
             meter: self.meter.figures(),
             findings: self.validator.as_mut().map(Validator::take_report),
+            waits_for: self.waiting(),
         }
     }
 
+    /// Returns the robots that robots wait for, as their manager published it last.
+    fn waiting(&mut self) -> BTreeMap<u32, u32> {
+        let Some(column) = &mut self.waits_for else { return BTreeMap::new() };
+        // Without a manager that says it, nothing is known.
+        let (Ok(_), Ok(Some(newest))) = (column.latest().map(drop), column.current()) else {
+            return BTreeMap::new();
+        };
+        let robots = (0..).zip(newest.values);
+        robots.filter_map(|(robot, value)| Some((robot, WAITS_FOR.element(*value)?))).collect()
+    }
+
     fn readers(&mut self) -> impl Iterator<Item = &mut dyn Plugin> {
-        let Self { traffic, queues, meter, validator } = self;
+        let Self { traffic, queues, meter, validator, waits_for: _ } = self;
         let readers: [&mut dyn Plugin; 3] = [traffic, queues, meter];
         readers.into_iter().chain(validator.as_mut().map(|validator| validator as &mut dyn Plugin))
     }
@@ -107,6 +136,7 @@ fn traffic(report: &regatta_traffic::Report<'_>) -> EdgeFigures<EdgeTraffic> {
 
 impl Plugin for Observers {
     fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.waits_for = Some(ColumnReader::open_on(fleet, WAITS_FOR.name())?);
         self.readers().try_for_each(|reader| reader.on_start(fleet))
     }
 
@@ -174,7 +204,8 @@ impl Plugin for ObserverProgram<'_> {
 
     fn on_stop(&mut self) -> Result {
         self.observers.on_stop()?;
-        let Observed { traffic, queues, meter, findings } = self.observers.observed();
+        let Observed { traffic, queues, meter, findings, waits_for } = self.observers.observed();
+        write(&self.args.waits_for, serde_json::to_string(&waits_for)?)?;
         write(&self.args.traffic, serde_json::to_string(&traffic)?)?;
         write(&self.args.queues, serde_json::to_string(&queues)?)?;
         write(&self.args.meter, serde_json::to_string(&meter)?)?;

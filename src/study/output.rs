@@ -29,8 +29,8 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
         write_file(&folder.join(name), &bytes, Force { force: true })?;
     }
     for block in &blocks {
-        if let Block::Answer(text) = block {
-            println!("{text}");
+        if let Block::Answer(text) | Block::Caveat(text) = block {
+            println!("{}", text.replace("**", ""));
         }
     }
     println!("{}", folder.join("index.html").display());

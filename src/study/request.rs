@@ -1,5 +1,6 @@
 //! The plan of a study, from a command line and a study file.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -143,8 +144,13 @@ fn variants(
         name_first(&mut variants, "as it is");
         variants.push(bound);
     }
+    let mut left_out = BTreeSet::new();
     for variant in &variants {
         variant.check(args.rate)?;
+        left_out.extend(variant.left_out.iter().map(|part| (&variant.file, part)));
+    }
+    for (file, part) in left_out {
+        eprintln!("{}: warning: left out: {part}", file.display());
     }
     Ok(variants)
 }

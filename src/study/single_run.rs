@@ -16,9 +16,8 @@ use regatta_plugin::{AFTER_VARIABLE, LOAD_VARIABLE, Termination};
 use regatta_run::{Run, RunError};
 use regatta_scenario::{Overrides, Scenario};
 use regatta_study::job::{Job, Manager};
-use regatta_study::outcome::{EdgeOutcome, Outcome, edges};
+use regatta_study::outcome::{EdgeOutcome, Outcome, Stall, edges, stalls};
 use regatta_study::workers::UNWRITABLE;
-use regatta_validator::Report;
 use serde_json::Value;
 
 use super::observers::{Observed, Observers};
@@ -35,6 +34,7 @@ const RECORDER: &str = "record";
 const TRAFFIC: &str = "traffic";
 const QUEUES: &str = "queues";
 const METER: &str = "meter";
+const WAITS: &str = "waits-for";
 const VALIDATOR: &str = "validator";
 
 #[derive(Args)]
@@ -179,8 +179,9 @@ impl<'a> JobRun<'a> {
     /// Starts the meters and the validator, which write figures at their end.
     fn start_observers(&mut self) -> Result<(), Failure> {
         let mut observers = self.run.command(OBSERVERS, &["study-observe", "--after", MANAGER])?;
-        let files =
-            [TRAFFIC, QUEUES, METER].into_iter().chain(self.is_judged().then_some(VALIDATOR));
+        let files = [TRAFFIC, QUEUES, METER, WAITS]
+            .into_iter()
+            .chain(self.is_judged().then_some(VALIDATOR));
         for name in files {
             observers.arg(format!("--{name}")).arg(self.run.json_file(name));
         }
@@ -220,15 +221,13 @@ impl<'a> JobRun<'a> {
             .find(|line| line.len() == 32 && line.bytes().all(|byte| byte.is_ascii_hexdigit()))
             .ok_or("the engine gave no digest")?
             .to_owned();
-        let findings = match self.is_judged() {
-            true => findings(&self.json(VALIDATOR)?).collect(),
-            false => BTreeMap::new(),
-        };
+        let validator = if self.is_judged() { Some(self.json(VALIDATOR)?) } else { None };
+        let waits_for = serde_json::from_value(self.json(WAITS)?)?;
         outcome(
             self.job,
             digest,
             serde_json::from_value(self.json(METER)?)?,
-            findings,
+            Judged::new(self.job, validator, &waits_for)?,
             edges(
                 serde_json::from_value(self.json(TRAFFIC)?)?,
                 serde_json::from_value(self.json(QUEUES)?)?,
@@ -259,7 +258,7 @@ fn outcome(
     job: &Job,
     digest: String,
     figures: Figures,
-    findings: BTreeMap<String, u64>,
+    judged: Judged,
     edges: Vec<EdgeOutcome>,
     started: Instant,
 ) -> Result<Outcome, Failure> {
@@ -268,7 +267,29 @@ fn outcome(
         return Err(format!("{missed} samples of the order log were lost; run it again").into());
     }
     let wall_secs = started.elapsed().as_secs_f64();
-    Ok(Outcome { job: job.id(), digest, figures, findings, edges, wall_secs })
+    let Judged { findings, stalls } = judged;
+    Ok(Outcome { job: job.id(), digest, figures, findings, stalls, edges, wall_secs })
+}
+
+/// The validator's findings about a run; none if it isn't judged.
+struct Judged {
+    findings: BTreeMap<String, u64>,
+    stalls: Vec<Stall>,
+}
+
+impl Judged {
+    /// `waits_for` has the robot that each robot waited for at the end.
+    fn new(
+        job: &Job,
+        validator: Option<Value>,
+        waits_for: &BTreeMap<u32, u32>,
+    ) -> Result<Self, Failure> {
+        let Some(validator) = validator else {
+            return Ok(Self { findings: BTreeMap::new(), stalls: Vec::new() });
+        };
+        let findings = findings(&validator).collect();
+        Ok(Self { findings, stalls: stalls(validator, waits_for, job.secs as f64)? })
+    }
 }
 
 /// Does a job in this process. `words` are arguments of the manager.
@@ -303,13 +324,13 @@ fn run_in_process(
         Err(RunError::Stopped(_)) => return Err("interrupted".into()),
         summary => summary?,
     };
-    let Observed { traffic, queues, meter, findings } = observers.observed();
-    let kinds = findings.iter().flat_map(Report::found);
+    let Observed { traffic, queues, meter, findings, waits_for } = observers.observed();
+    let validator = findings.map(serde_json::to_value).transpose()?;
     outcome(
         job,
         summary.digest.map(|digest| format!("{digest:032x}")).unwrap_or_default(),
         meter,
-        kinds.map(|found| (found.kind.to_string(), found.count)).collect(),
+        Judged::new(job, validator, &waits_for)?,
         edges(traffic, queues),
         started,
     )

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
-use crate::outcome::EdgeOutcome;
+use crate::outcome::{EdgeOutcome, Stall};
 use crate::plan::{Plan, Precision, Variant};
 use crate::statistics::Interval;
 use crate::sweep::{Curve, Known, Point, Run};
@@ -51,6 +51,8 @@ pub struct VariantAnswer {
     pub name: String,
     /// The stops of the orders, in words.
     pub load: String,
+    /// What is cut off from the other roads, and didn't take part, in words.
+    pub left_out: Vec<String>,
     /// Edges of the layout.
     pub edges: usize,
     /// Nodes of the layout.
@@ -63,6 +65,8 @@ pub struct VariantAnswer {
     pub failed: Vec<(u32, String)>,
     /// Contacts in all runs; 0 unless the manager is wrong.
     pub contacts: u64,
+    /// Orders that waited for a long time, in all runs.
+    pub unserved: u64,
     /// Other findings of the validator in all runs.
     pub other_findings: u64,
 }
@@ -79,6 +83,8 @@ pub struct KneeAnswer {
     pub half: u32,
     /// Whether it is the largest number of robots that was tried, so that more may bring more.
     pub is_open: bool,
+    /// The least number of robots, above that of the knee, that stalled in a run.
+    pub stalls_from: Option<u32>,
 }
 
 /// A point of a curve: means over its runs, with intervals.
@@ -108,6 +114,8 @@ pub struct PointAnswer {
     pub warm_up_secs: Option<Interval>,
     /// Contacts in all runs.
     pub contacts: u64,
+    /// Orders that waited for a long time, in all runs.
+    pub unserved: u64,
     /// Other findings of the validator in all runs.
     pub other_findings: u64,
     /// Orders that the manager gave up, in all runs.
@@ -123,6 +131,9 @@ pub struct RunAnswer {
     pub digest: String,
     /// Finished orders an hour.
     pub orders_per_hour: f64,
+    /// Times in which robots with orders made no progress. The figures of such a run aren't those
+    /// of traffic.
+    pub stalls: Vec<Stall>,
 }
 
 impl Answer {
@@ -176,14 +187,20 @@ impl VariantAnswer {
                 orders_per_hour: point.throughput()?,
                 half: curve.half.map_or(point.robots, |index| curve.points[index].robots),
                 is_open: curve.is_open,
+                stalls_from: curve.points[index..]
+                    .iter()
+                    .find(|point| point.is_stalled())
+                    .map(|point| point.robots),
             })
         });
         Self {
             name: variant.name.clone(),
             load: variant.load.clone(),
+            left_out: variant.left_out.clone(),
             edges: variant.graph.edges().len(),
             nodes: variant.graph.nodes().len(),
             contacts: points.iter().map(|point| point.contacts).sum(),
+            unserved: points.iter().map(|point| point.unserved).sum(),
             other_findings: points.iter().map(|point| point.other_findings).sum(),
             points,
             knee,
@@ -193,11 +210,17 @@ impl VariantAnswer {
 }
 
 impl PointAnswer {
+    /// The runs in which robots made no progress.
+    pub fn stalled(&self) -> impl Iterator<Item = &RunAnswer> {
+        self.runs.iter().filter(|run| !run.stalls.is_empty())
+    }
+
     fn new(point: &Point) -> Self {
         let runs = (1..).zip(&point.runs).map(|(seed, run)| RunAnswer {
             seed,
             digest: run.digest.clone(),
             orders_per_hour: run.orders_per_hour,
+            stalls: run.stalls.clone(),
         });
         Self {
             robots: point.robots,
@@ -212,6 +235,7 @@ impl PointAnswer {
             empty: point.interval(|run| run.empty),
             warm_up_secs: point.interval(|run| Some(run.warm_up_secs)),
             contacts: point.runs.iter().map(|run| run.contacts).sum(),
+            unserved: point.runs.iter().map(|run| run.unserved).sum(),
             other_findings: point.runs.iter().map(|run| run.other_findings).sum(),
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
         }

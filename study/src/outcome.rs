@@ -1,5 +1,7 @@
 //! The outcome of a job, and the figures that a study takes from it.
 
+mod stall;
+
 use std::collections::BTreeMap;
 
 use regatta_meter::Figures;
@@ -8,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::job::JobId;
 use crate::statistics::{percentile, warm_up};
+
+pub use stall::{Stall, StallKind, stalls};
 
 /// The result file of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +24,8 @@ pub struct Outcome {
     pub figures: Figures,
     /// The numbers of the validator's findings by kind; kinds without findings are left out.
     pub findings: BTreeMap<String, u64>,
+    /// The times in which robots with orders made no progress.
+    pub stalls: Vec<Stall>,
     /// The edges where robots waited.
     pub edges: Vec<EdgeOutcome>,
     /// The duration of the run on the machine where it ran, in seconds.
@@ -120,7 +126,11 @@ pub struct Measured {
     pub empty: Option<f64>,
     /// Contacts that the validator found.
     pub contacts: u64,
-    /// Its other findings.
+    /// Times in which robots with orders made no progress.
+    pub stalls: Vec<Stall>,
+    /// Orders that waited for a long time, for a robot or with one.
+    pub unserved: u64,
+    /// The validator's other findings.
     pub other_findings: u64,
     /// Orders that the manager gave up.
     pub failed_orders: u64,
@@ -128,10 +138,26 @@ pub struct Measured {
     pub wall_secs: f64,
 }
 
-/// The validator's name for contacts.
+/// The validator's names for contacts, and for orders that waited for a long time.
 const CONTACT: &str = "contact";
+const UNSERVED: &str = "unserved";
+/// Its names for findings that are counted as stalls.
+const STALLS: [&str; 3] = ["standstill", "livelock", "stuck"];
+
+impl Measured {
+    /// Whether robots with orders made no progress for a long time, so that the figures aren't
+    /// those of traffic.
+    pub fn is_stalled(&self) -> bool {
+        !self.stalls.is_empty()
+    }
+}
 
 impl Outcome {
+    /// The number of the validator's findings of a kind.
+    fn count(&self, kind: &str) -> u64 {
+        self.findings.get(kind).copied().unwrap_or(0)
+    }
+
     /// Returns the figures after the warm-up, whose end the series of finished orders determines.
     pub fn measured(&self) -> Measured {
         let Figures { secs, period_secs, effort, finished, failed, .. } = &self.figures;
@@ -159,7 +185,8 @@ impl Outcome {
         let orders = service.len() as f64;
         let hours = (end_secs - warm_up_secs) / 3600.0;
         let effort = sum(effort.get(cut..periods.min(effort.len())).unwrap_or_default());
-        let contacts = self.findings.get(CONTACT).copied().unwrap_or(0);
+        let (contacts, unserved) = (self.count(CONTACT), self.count(UNSERVED));
+        let stalls: u64 = STALLS.iter().map(|kind| self.count(kind)).sum();
         let metres = effort.loaded_metres + effort.empty_metres;
         Measured {
             digest: self.digest.clone(),
@@ -174,7 +201,9 @@ impl Outcome {
             waiting: ratio(effort.waiting_secs, effort.robot_secs),
             empty: (effort.loaded_metres > 0.0).then(|| effort.empty_metres / metres),
             contacts,
-            other_findings: self.findings.values().sum::<u64>() - contacts,
+            stalls: self.stalls.clone(),
+            unserved,
+            other_findings: self.findings.values().sum::<u64>() - contacts - unserved - stalls,
             failed_orders: *failed,
             wall_secs: self.wall_secs,
         }
@@ -229,6 +258,7 @@ mod tests {
             digest: "d".to_owned(),
             figures,
             findings,
+            stalls: Vec::new(),
             edges: Vec::new(),
             wall_secs: 1.5,
         }

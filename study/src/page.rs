@@ -4,6 +4,7 @@
 mod chart;
 mod content;
 mod heat_map;
+mod verdict;
 
 use std::fmt::Write as _;
 
@@ -20,6 +21,8 @@ pub enum Block {
     Text(String),
     /// The answer to the reader's question.
     Answer(String),
+    /// A restriction of the answer.
+    Caveat(String),
     /// A table: the first row is its head.
     Table(Vec<Vec<String>>),
     /// A picture.
@@ -46,7 +49,7 @@ pub fn markdown(blocks: &[Block]) -> String {
 fn markdown_block(block: &Block) -> String {
     match block {
         Block::Heading(level, heading) => format!("{} {heading}", "#".repeat(usize::from(*level))),
-        Block::Text(paragraph) => paragraph.clone(),
+        Block::Text(paragraph) | Block::Caveat(paragraph) => paragraph.clone(),
         Block::Answer(answer) => format!("> {answer}"),
         Block::Table(rows) => markdown_table(rows),
         Block::Picture(picture) => format!("![{}]({}.svg)", picture.caption, picture.name),
@@ -68,7 +71,8 @@ fn markdown_table(rows: &[Vec<String>]) -> String {
 /// The style of the page, on a screen and on paper.
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;color:#1d2733;background:#fff;max-width:72rem;margin:2rem auto;\
 padding:0 1.5rem}h1{font-size:1.8rem;line-height:1.2}h2{margin-top:2.5rem}.answer{font-size:1.35rem;line-height:1.4;\
-border-left:.35rem solid #0072b2;padding:.2rem 0 .2rem 1rem;margin:1rem 0}table{border-collapse:collapse;\
+border-left:.35rem solid #0072b2;padding:.2rem 0 .2rem 1rem;margin:1rem 0}.caveat{border-left:.35rem solid #d55e00;padding-left:1rem}\
+table{border-collapse:collapse;\
 font-variant-numeric:tabular-nums;margin:1rem 0;font-size:.9rem}th,td{padding:.3rem .8rem .3rem 0;text-align:right;\
 border-bottom:1px solid #dde3ea;vertical-align:top}th{font-weight:600}\
 figure{margin:1.5rem 0}figure svg{max-width:100%;height:auto}figcaption{color:#5a6875;font-size:.9rem}\
@@ -89,6 +93,7 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
             }
             Block::Text(paragraph) => writeln!(text, "<p>{}</p>", inline(paragraph)),
             Block::Answer(answer) => writeln!(text, "<p class=\"answer\">{}</p>", inline(answer)),
+            Block::Caveat(caveat) => writeln!(text, "<p class=\"caveat\">{}</p>", inline(caveat)),
             Block::Table(rows) => writeln!(text, "{}", html_table(rows)),
             Block::Picture(Picture { caption, svg, .. }) => writeln!(
                 text,

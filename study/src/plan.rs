@@ -93,17 +93,15 @@ pub enum PlanError {
         /// The reason, and the remedy.
         message: String,
     },
-    /// A station isn't connected to the others.
+    /// No two nodes can be reached from each other.
     #[error(
-        "{file}: {station} can't be reached from the other stations, or not be left again: \
-         connect it, or `regatta graph check` shows more",
+        "{file}: no road leads back to where it began, so that robots could work there only once: \
+         add edges, or allow reverse gear; `regatta graph check` shows more",
         file = file.display()
     )]
-    Unreachable {
+    NoWayBack {
         /// The layout.
         file: PathBuf,
-        /// The station.
-        station: String,
     },
 }
 

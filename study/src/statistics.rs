@@ -38,6 +38,12 @@ impl Interval {
         Some(Self { mean, half_width, values: count })
     }
 
+    /// Whether half of the interval's width is at most a part of the mean's absolute value; a single
+    /// value has no interval.
+    pub fn is_within(&self, part: f64) -> bool {
+        self.half_width.is_some_and(|half_width| half_width <= part * self.mean.abs())
+    }
+
     /// Half of the interval's width over the mean's absolute value; `None` for a single value or a
     /// mean of 0 with a spread.
     pub fn relative(&self) -> Option<f64> {

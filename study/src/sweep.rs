@@ -35,12 +35,13 @@ pub enum Step {
 pub struct Curve {
     /// The points, by ascending robots.
     pub points: Vec<Point>,
-    /// The index of the knee; `None` if nothing is carried.
+    /// The index of the knee; `None` if nothing is carried, or not without a stall.
     pub knee: Option<usize>,
     /// The index of the last point up to which each additional robot brings at least half of what
     /// one brings alone.
     pub half: Option<usize>,
-    /// Whether the knee is the last point, so that the real one may be beyond it.
+    /// Whether the knee is the last point, so that the real one may be beyond it. Beyond a point
+    /// with a stall, no knee is looked for.
     pub is_open: bool,
     /// The numbers of robots whose runs failed, with the reasons.
     pub failed: Vec<(u32, String)>,
@@ -61,11 +62,19 @@ impl Point {
         Interval::of(&self.runs.iter().filter_map(figure).collect::<Vec<_>>())
     }
 
+    /// Whether robots made no progress in one of the runs.
+    pub fn is_stalled(&self) -> bool {
+        self.runs.iter().any(Measured::is_stalled)
+    }
+
     /// Returns the orders an hour.
     pub fn throughput(&self) -> Option<Interval> {
         self.interval(|run| Some(run.orders_per_hour))
     }
 }
+
+/// The largest half of an interval of a value that is known, as a part of the value.
+const WIDEST: f64 = 1.0;
 
 /// The largest number of rounds of refinement. Each at least halves a distance, so fewer are
 /// needed.
@@ -85,10 +94,12 @@ pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
             if robots.is_refined() { refined(&curve, precision, &wanted) } else { Vec::new() };
         if !more.is_empty() {
             wanted.extend(more.into_iter().map(|robots| (robots, precision.least_seeds)));
-        } else if let Some((robots, seeds)) = more_seeds(&curve, precision) {
-            wanted.insert(robots, seeds);
         } else {
-            return Step::Done(curve);
+            let more = more_seeds(&curve, precision);
+            if more.is_empty() {
+                return Step::Done(curve);
+            }
+            wanted.extend(more);
         }
     }
     Step::Done(curve(&wanted, precision, known))
@@ -123,14 +134,18 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
             curve.points.push(Point { robots, runs });
         }
     }
-    let points: Vec<(f64, f64)> = curve
-        .points
-        .iter()
-        .filter_map(|point| Some((f64::from(point.robots), point.throughput()?.mean)))
-        .collect();
-    curve.half = knee(&points, 0.5).map(|half| half.index);
+    // A run with a stall isn't traffic.
+    let (mut points, mut indices) = (Vec::new(), Vec::new());
+    for (index, point) in curve.points.iter().enumerate().filter(|(_, point)| !point.is_stalled()) {
+        if let Some(throughput) = point.throughput() {
+            points.push((f64::from(point.robots), throughput.mean));
+            indices.push(index);
+        }
+    }
+    curve.half = knee(&points, 0.5).map(|half| indices[half.index]);
     if let Some(found) = knee(&points, precision.knee) {
-        (curve.knee, curve.is_open) = (Some(found.index), found.is_last);
+        let index = indices[found.index];
+        (curve.knee, curve.is_open) = (Some(index), index + 1 == curve.points.len());
     }
     curve
 }
@@ -152,26 +167,30 @@ fn refined(curve: &Curve, precision: &Precision, wanted: &BTreeMap<u32, u64>) ->
     far.map(|other| knee.midpoint(other)).filter(|robots| !wanted.contains_key(robots)).collect()
 }
 
-/// Returns the knee's robots with the number of seeds that they need; `None` if the interval is
-/// narrow enough.
-fn more_seeds(curve: &Curve, precision: &Precision) -> Option<Run> {
-    let point = &curve.points[curve.knee?];
-    let interval = point.throughput()?;
-    let seeds = interval.values as u64;
-    let is_narrow = interval.relative().is_some_and(|relative| relative <= precision.interval);
-    if is_narrow
-        || seeds >= precision.most_seeds
-        || curve.failed.iter().any(|(robots, _)| *robots == point.robots)
-    {
-        return None;
+/// Returns the numbers of robots that need more seeds, with the numbers of these: the knee if its
+/// interval isn't narrow enough, and others whose interval is wider than their value.
+fn more_seeds(curve: &Curve, precision: &Precision) -> Vec<Run> {
+    let mut more = Vec::new();
+    for (index, point) in curve.points.iter().enumerate() {
+        let has_failed = curve.failed.iter().any(|(robots, _)| *robots == point.robots);
+        if has_failed || point.is_stalled() {
+            continue;
+        }
+        let wanted = if curve.knee == Some(index) { precision.interval } else { WIDEST };
+        let Some(interval) = point.throughput() else { continue };
+        let seeds = interval.values as u64;
+        if !interval.is_within(wanted) && seeds < precision.most_seeds {
+            // Two at a time: one more hardly changes an interval, and there are two cores at least.
+            more.push((point.robots, (seeds + 2).min(precision.most_seeds)));
+        }
     }
-    // Two at a time: one more hardly changes an interval, and there are two cores at least.
-    Some((point.robots, (seeds + 2).min(precision.most_seeds)))
+    more
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::outcome::{Stall, StallKind};
 
     fn measured(orders_per_hour: f64) -> Measured {
         Measured {
@@ -187,6 +206,8 @@ mod tests {
             waiting: 0.0,
             empty: None,
             contacts: 0,
+            stalls: Vec::new(),
+            unserved: 0,
             other_findings: 0,
             failed_orders: 0,
             wall_secs: 1.0,
@@ -271,5 +292,53 @@ mod tests {
         assert_eq!(curve.knee, None);
         let (curve, ..) = sweep("1..8", |_, _| Err("broken".to_owned()));
         assert_eq!((curve.points.len(), curve.failed.len()), (0, 4));
+    }
+
+    /// Robots up to `most` carry 10 orders an hour each; more come to a standstill.
+    fn stalling(most: u32) -> (Curve, Known) {
+        let (robots, mut known) = ("1..64".parse().expect("robots"), Known::new());
+        loop {
+            match next(&robots, &Precision::default(), &known) {
+                Step::Done(curve) => return (curve, known),
+                Step::Needs(runs) => {
+                    for (robots, seed) in runs {
+                        let mut run = measured(f64::from(robots) * 10.0);
+                        if robots > most && seed == 2 {
+                            run.stalls.push(Stall {
+                                kind: StallKind::Standstill,
+                                from_secs: 60.0,
+                                until_secs: None,
+                                robots: vec![0],
+                                place: None,
+                                waits_for: BTreeMap::new(),
+                            });
+                        }
+                        known.insert((robots, seed), Ok(run));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_knee_is_computed_from_runs_that_stall() {
+        let (curve, _) = stalling(11);
+        let knee = curve.knee.expect("a knee");
+        assert_eq!((curve.points[knee].robots, curve.is_open), (11, false));
+        assert!(curve.points[knee + 1].robots == 12 && curve.points[knee + 1].is_stalled());
+        let (curve, _) = stalling(0);
+        assert_eq!((curve.knee, curve.points.len()), (None, 7));
+    }
+
+    #[test]
+    fn a_value_narrower_than_its_interval_gets_more_seeds() {
+        let wild = |robots, seed: u64| match (robots, seed) {
+            (2, 1) => Ok(100.0),
+            (2, _) => Ok(0.0),
+            _ => Ok(50.0),
+        };
+        let (curve, ..) = sweep("1,2,4", wild);
+        let seeds: Vec<usize> = curve.points.iter().map(|point| point.runs.len()).collect();
+        assert_eq!(seeds, [3, 10, 3]);
     }
 }

@@ -14,6 +14,7 @@
 //! ```
 
 pub mod bezier;
+pub mod components;
 pub mod cores;
 pub mod graph;
 mod ln;

@@ -304,6 +304,7 @@ fn role_colour(role: Role) -> &'static str {
         Role::Drop => "#8a4fb0",
         Role::Park => "#3b6ea8",
         Role::Charge => "#c98a1b",
+        Role::Transfer => "#1b7f8c",
     }
 }
 

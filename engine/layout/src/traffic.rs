@@ -32,6 +32,7 @@
 
 mod conflicts;
 mod levels;
+mod main_part;
 mod network;
 mod parts;
 mod passing;
@@ -50,6 +51,7 @@ mod under_way;
 use regatta_base::graph::{EdgeIndex, NodeIndex};
 
 use self::conflicts::{Conflicts, Sweeps};
+pub use self::main_part::{LeftOut, MainPart};
 use self::network::Network;
 pub use self::parts::{CutOff, Part};
 pub use self::report::{Remark, Topic};
@@ -132,6 +134,15 @@ impl Certificate {
             (true, _, Certainty::Bound) => Some(2),
         }
     }
+}
+
+/// Returns the largest number of robots of a type that can be under way, without the rest of a
+/// certificate.
+pub fn most_under_way(graph: &RouteGraph, robot: &RobotType) -> MostUnderWay {
+    let network = Network::new(graph);
+    let sweeps = Sweeps::new(graph);
+    let conflicts = Conflicts::new(&network, &sweeps, robot);
+    under_way::most_under_way(&network, &conflicts, &Tracks::new(&network, &sweeps, robot), robot)
 }
 
 fn sinks(network: &Network<'_>) -> Vec<NodeIndex> {

@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
+use regatta_layout::traffic::{self, MainPart};
 use regatta_layout::{ReadOptions, RouteGraph};
+
+use crate::MadeUpLoad;
 
 /// Metres of edges per robot.
 const METRES_PER_ROBOT: f64 = 10.0;
@@ -13,15 +16,18 @@ const MOST_TYPES: usize = 20;
 /// The maximum number of robots.
 const MOST_ROBOTS: f64 = 1000.0;
 
-/// Returns the text of a scenario for a layout: robots on random routes, one for each 10 m of edges
-/// and at most a thousand, which turn on the spot, and the collision checker.
+/// The most edges of a layout whose traffic is examined, which takes some seconds then.
+const MOST_EXAMINED: usize = 30_000;
+
+/// The part of the robots that can be under way, of which as many fit without a jam as a rule.
+const PART_UNDER_WAY: f64 = 0.25;
+
+/// Returns the text of a scenario for a layout: a managed fleet that carries made-up orders in its
+/// main part. If there is none, robots drive on random routes.
 ///
 /// `file` is the path of the layout as the scenario names it, and `options` are those with which it
 /// was read.
 pub fn default_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -> String {
-    let metres: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
-    let most = MOST_ROBOTS.min(graph.edges().len() as f64);
-    let robots = (metres / METRES_PER_ROBOT).floor().clamp(1.0, most) as u32;
     let mut text = format!("graph: {}\n", quoted(file));
     write_options(&mut text, options).expect("writing to a String never fails");
     text += "rate: 50                            # ticks per simulated second\nrobot_types:\n";
@@ -38,8 +44,50 @@ pub fn default_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
     for name in &names {
         text += &robot_type(name, options);
     }
-    text += &format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
-    text
+    text + &fleet(graph, size(options))
+}
+
+/// Returns the robots, their orders and the plugins.
+fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
+    let Some(main) = MainPart::of(graph) else {
+        let robots = by_length(graph) as u32;
+        return format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
+    };
+    let load = MadeUpLoad::new(&main.graph);
+    let robots = robots(&main, &load, [length, width]);
+    let load = load.section(!main.left_out.is_empty());
+    let mut left_out = String::new();
+    for part in &main.left_out {
+        left_out += &format!("# Left out: {part}.\n");
+    }
+    format!(
+        "robots:\n- count: {robots}\n  routes: none                     # they wait for orders\n\
+         {left_out}{load}plugins:\n- name: fleet-manager\n  args: [--in-turn]                \
+         # far stations are served, too\n- collision\n- traffic\n"
+    )
+}
+
+/// Returns a number of robots that the layout allows without a jam: by the length of its roads, the
+/// robots that can be under way, and the number of stations.
+fn robots(main: &MainPart, load: &MadeUpLoad, [length, width]: [f64; 2]) -> u32 {
+    let mut robots = by_length(&main.graph);
+    if let Some(stations) = load.stations() {
+        robots = robots.min((stations as f64 / 2.0).floor());
+    }
+    if main.graph.edges().len() <= MOST_EXAMINED
+        && let Ok(robot) = traffic::RobotType::new(length, width, traffic::Turning::OnTheSpot)
+    {
+        let most = traffic::most_under_way(&main.graph, &robot).at_nodes.robots;
+        robots = robots.min((PART_UNDER_WAY * f64::from(most)).floor());
+    }
+    robots.max(1.0) as u32
+}
+
+/// Returns one robot for each 10 m of edges, and at most a thousand.
+fn by_length(graph: &RouteGraph) -> f64 {
+    let metres: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
+    let most = MOST_ROBOTS.min(graph.edges().len() as f64);
+    (metres / METRES_PER_ROBOT).floor().clamp(1.0, most)
 }
 
 /// Returns the vehicle types of a LIF layout, the one in use first.

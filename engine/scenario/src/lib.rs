@@ -22,6 +22,7 @@
 mod count;
 mod default_scenario;
 mod explain;
+mod made_up_load;
 mod read;
 mod resolve;
 mod robot_type;
@@ -35,6 +36,7 @@ use std::time::Duration;
 pub use count::{ParseRobotCountError, RobotCount};
 pub use default_scenario::default_scenario;
 pub use explain::{YamlProblem, closest};
+pub use made_up_load::MadeUpLoad;
 pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use robot_type::{Battery, ChargeRange, RobotType, Shape};
@@ -214,6 +216,11 @@ impl Source {
     /// [`ScenarioError::Yaml`] with the line and the entry.
     pub fn sections<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
         document(&self.text, &self.path)
+    }
+
+    /// Returns the whole text.
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// Whether the scenario has a section that isn't empty.

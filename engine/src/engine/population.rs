@@ -3,7 +3,7 @@
 use glam::DVec2;
 use regatta_base::random::mix;
 use regatta_layout::{
-    CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags, Zone, ZoneRule,
+    CubicBezier, Edge, EdgeIndex, Node, Orientation, Role, RouteGraph, Tags, Zone, ZoneRule,
 };
 use regatta_plugin::PublishError;
 use regatta_plugin::column::{BATTERY, TYPE};
@@ -125,7 +125,8 @@ impl Simulation {
 /// Returns a graph as a world without robot types. `lengths` are those of the edges, in metres.
 fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData {
     let mut world = WorldData { origin: graph.origin().to_array(), ..WorldData::default() };
-    world.nodes = graph.nodes().iter().map(|node| node_record(node, &mut world.texts)).collect();
+    let nodes = graph.nodes().iter().zip(graph.purposes());
+    world.nodes = nodes.map(|(node, role)| node_record(node, role, &mut world.texts)).collect();
     for (edge, length) in graph.edges().iter().zip(lengths) {
         let record = edge_record(edge, length, &mut world.texts);
         world.add_edge(record, edge.path.cubics().map(curve_record));
@@ -138,19 +139,10 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
     world
 }
 
-fn node_record(node: &Node, texts: &mut Texts) -> NodeRecord {
+fn node_record(node: &Node, role: Role, texts: &mut Texts) -> NodeRecord {
     let [x, y] = node.position.as_vec2().to_array();
     let [name, level, zone] = text_offsets(node.tags.as_deref(), texts);
-    NodeRecord {
-        id: node.id,
-        x,
-        y,
-        theta: node.theta as f32,
-        name,
-        level,
-        zone,
-        role: node.role as u32,
-    }
+    NodeRecord { id: node.id, x, y, theta: node.theta as f32, name, level, zone, role: role as u32 }
 }
 
 /// Returns the offsets of the name, the level and the zone.
@@ -221,7 +213,7 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
 
 #[cfg(test)]
 mod tests {
-    use regatta_layout::{NodeIndex, Path, Role};
+    use regatta_layout::{NodeIndex, Path};
 
     use super::*;
 
@@ -230,7 +222,7 @@ mod tests {
         for &role in Role::ALL {
             let node = Node { role, ..Node::new(1, DVec2::ZERO, 0.0) };
             let mut world = WorldData::default();
-            world.nodes = vec![node_record(&node, &mut world.texts)];
+            world.nodes = vec![node_record(&node, role, &mut world.texts)];
             let published = world.view(1, 1).nodes()[0].role();
             assert_eq!((published as u32, published.name()), (role as u32, role.name()));
         }

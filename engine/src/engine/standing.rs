@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use regatta_base::random::mix;
+use regatta_layout::model::components::Components;
 use regatta_layout::{EdgeIndex, Gear, Leg, Orientation, RouteGraph};
 use regatta_motion::Tracks;
 use regatta_scenario::RobotType;
@@ -17,8 +18,8 @@ const MARGIN: f64 = 0.1;
 
 /// Ends of edges in random order, and the footprints of robots that stand.
 pub(super) struct StandingPlaces {
-    /// Ends at nodes with one edge in and one edge out come first: there, a robot blocks no other
-    /// route.
+    /// Those in the main part of the layout come first, as robots can't work elsewhere; among them,
+    /// ends at nodes with one edge in and one edge out: there, a robot blocks no other route.
     ends: Vec<EdgeIndex>,
     /// By robot type: the number of ends that were tried. Those are taken, or too near to another
     /// robot.
@@ -36,11 +37,14 @@ impl StandingPlaces {
             ends.swap(place, ((random * (place as u64 + 1)) >> 32) as usize);
         }
         let arrivals = arrivals(graph);
+        let components = Components::strong(graph);
+        let main = components.main(graph);
         ends.sort_by_key(|edge| {
             let node = graph.edge(*edge).destination;
+            let is_outside = components.of_node[node.0 as usize] != main;
             let departures = graph.departures(node).iter();
             let exits = departures.filter(|leg| leg.gear == Gear::Forward).count();
-            (arrivals[node.0 as usize], exits) != (1, 1)
+            (is_outside, (arrivals[node.0 as usize], exits) != (1, 1))
         });
         let mut cell_size = 0.0_f64;
         for robot_type in robot_types {

@@ -85,7 +85,7 @@ impl Batteries {
                 .map(|battery| battery.map(|battery| Amounts::new(battery, period_secs)))
                 .collect(),
             charges: Vec::new(),
-            is_charger: graph.nodes().iter().map(|node| node.role == Role::Charge).collect(),
+            is_charger: graph.purposes().iter().map(|role| *role == Role::Charge).collect(),
             ticks_per_period,
             seed: mix(seed ^ 0x6261_7474_6572_7973),
         })

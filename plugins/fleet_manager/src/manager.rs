@@ -254,15 +254,45 @@ impl Manager {
         }
         let node = self.steering.base_end_node(robot);
         let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
+        let is_for_others = is_cut_off || self.is_for_others(robot);
         self.halt(robot);
         match self.orders.withdraw(robot, now_secs) {
-            Ok(_) if is_cut_off => {}
+            Ok(_) if is_for_others => {}
             Ok(id) => {
                 self.orders.unroutable(id, now_secs, "no way leads to its stop");
             }
             Err(_) => {
                 self.orders.failed(robot, now_secs, "no way leads to its next stop");
             }
+        }
+    }
+
+    /// Whether no way leads a robot to its next stop, but one leads another robot there.
+    fn is_for_others(&mut self, robot: u32) -> bool {
+        let Some(Stop { node: goal, .. }) = self.orders.current_stop(robot) else { return false };
+        let mut comes_another = false;
+        for &other in &self.present {
+            let node = self.steering.base_end_node(other);
+            let comes = node.is_some_and(|node| self.times.can_reach(node, goal));
+            if comes && other == robot {
+                return false;
+            }
+            comes_another |= comes;
+        }
+        comes_another
+    }
+
+    /// Marks the waiting orders with a stop to which no way leads from the stop before.
+    fn find_impossible(&mut self, now_secs: f64) {
+        let mut impossible = Vec::new();
+        for order in self.orders.waiting_orders() {
+            let mut stops = order.content.stops.windows(2);
+            if !stops.all(|pair| self.times.can_reach(pair[0].node, pair[1].node)) {
+                impossible.push(order.id);
+            }
+        }
+        for id in impossible {
+            self.orders.unroutable(id, now_secs, "no way leads from a stop to the next one");
         }
     }
 
@@ -274,6 +304,7 @@ impl Manager {
         if self.candidates.is_empty() && !is_anew {
             return;
         }
+        self.find_impossible(now_secs);
         if is_anew {
             prepare(&mut self.times, &roads, self.orders.open_orders());
         } else {

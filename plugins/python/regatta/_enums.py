@@ -68,6 +68,8 @@ class Role(IntEnum):
     """Park."""
     CHARGE = 4
     """Charge."""
+    TRANSFER = 5
+    """Pick a load up, or drop one."""
 
 
 class CommandKind(IntEnum):

@@ -70,7 +70,8 @@ pub fn plugin(cli: Cli) -> TrafficPlugin {
 
 /// The plugin's ports in the fleet.
 struct Ports {
-    traffic: TrafficPublisher,
+    /// `None` if the figures aren't published.
+    traffic: Option<TrafficPublisher>,
     contacts: ColumnReader,
     history: History,
     participant: Participant,
@@ -82,7 +83,7 @@ struct Ports {
 /// whole recording, has opened its services by then.
 enum History {
     Unopened,
-    /// Another process publishes it.
+    /// Another process publishes it, or nobody.
     Taken,
     Published(Box<PublishedHistory>),
 }
@@ -127,6 +128,7 @@ struct Before {
 /// The traffic plugin.
 pub struct TrafficPlugin {
     cli: Cli,
+    is_published: bool,
     ports: Option<Ports>,
     edges: Vec<Edge>,
     /// Speed limits of edges, in metres per second.
@@ -149,6 +151,7 @@ impl TrafficPlugin {
     fn new(cli: Cli) -> Self {
         Self {
             cli,
+            is_published: true,
             ports: None,
             edges: Vec::new(),
             limits: Vec::new(),
@@ -162,6 +165,12 @@ impl TrafficPlugin {
             throughput: None,
             figures: Vec::new(),
         }
+    }
+
+    /// Keeps the figures to itself, for a fleet that has such a plugin already.
+    #[must_use]
+    pub fn unpublished(self) -> Self {
+        Self { is_published: false, ..self }
     }
 
     /// Resets the figures for another run, or another route graph.
@@ -217,15 +226,15 @@ impl TrafficPlugin {
     /// Publishes the figures if they are due. Without readers they stay due, so that the first one
     /// gets them at once.
     fn publish(&mut self) -> Result {
-        let Some(ports) = &mut self.ports else { return Ok(()) };
-        if !self.is_due || ports.traffic.readers() == 0 {
+        let Some(Ports { traffic: Some(traffic), .. }) = &mut self.ports else { return Ok(()) };
+        if !self.is_due || traffic.readers() == 0 {
             return Ok(());
         }
         self.is_due = false;
         self.periods.figures(&self.limits, &mut self.figures);
         let period_secs = self.periods.secs().map(|secs| secs as f32);
         let header = TrafficHeader { period_secs, ..self.newest };
-        Ok(ports.traffic.publish(&header, &self.figures)?)
+        Ok(traffic.publish(&header, &self.figures)?)
     }
 
     /// Returns the figures of all edges for the run so far.
@@ -259,14 +268,12 @@ impl TrafficPlugin {
 impl Plugin for TrafficPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let contacts = ColumnReader::open_on(fleet, COLLISION.name())?;
-        let (traffic, participant) = (TrafficPublisher::open_on(fleet)?, fleet.clone());
-        self.ports = Some(Ports {
-            traffic,
-            contacts,
-            history: History::Unopened,
-            participant,
-            routes: None,
-        });
+        let (traffic, history) = match self.is_published {
+            true => (Some(TrafficPublisher::open_on(fleet)?), History::Unopened),
+            false => (None, History::Taken),
+        };
+        let participant = fleet.clone();
+        self.ports = Some(Ports { traffic, contacts, history, participant, routes: None });
         Ok(())
     }
 
@@ -310,7 +317,9 @@ impl Plugin for TrafficPlugin {
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         self.publish()?;
         let Some(ports) = &mut self.ports else { return Ok(()) };
-        ports.traffic.update();
+        if let Some(traffic) = &mut ports.traffic {
+            traffic.update();
+        }
         ports.history.update()
     }
 

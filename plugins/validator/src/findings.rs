@@ -58,10 +58,16 @@ pub enum Kind {
     FlatBattery,
     /// More robots are in a zone than its rule allows, or robots from several sides.
     Zone,
+    /// All robots with orders stood for a long time.
+    Standstill,
+    /// Robots with orders drove for a long time, some in circles, and none came to a stop.
+    Livelock,
+    /// A robot with an order stood for a long time while others drove.
+    Stuck,
 }
 
 /// The number of kinds.
-const KINDS: usize = Kind::Zone as usize + 1;
+const KINDS: usize = Kind::Stuck as usize + 1;
 
 impl Kind {
     /// All kinds, in the order of reports.
@@ -82,6 +88,7 @@ impl Kind {
             Self::Acceleration | Self::HardBraking => "m/s²",
             Self::Rotation => "rad/s",
             Self::ShortDwell | Self::Unserved | Self::Idle => "s",
+            Self::Standstill | Self::Livelock | Self::Stuck => "s",
             _ => "",
         }
     }
@@ -120,7 +127,7 @@ pub struct Finding {
     pub value: Option<f64>,
     /// The allowed value, in the same unit.
     pub limit: Option<f64>,
-    /// Its duration in seconds (contacts only).
+    /// Its duration in seconds (contacts, standstills and livelocks only).
     pub duration_secs: Option<f64>,
     /// An explanation, if the kind alone isn't enough.
     pub note: Cow<'static, str>,
@@ -162,6 +169,16 @@ impl Findings {
         let examples = &mut self.examples[kind as usize];
         if examples.len() < self.max_examples {
             examples.push(make());
+        }
+    }
+
+    /// Sets the duration of the newest finding of a kind, if it is an example.
+    pub fn set_duration(&mut self, kind: Kind, duration_secs: f64) {
+        let examples = &mut self.examples[kind as usize];
+        if self.counts[kind as usize] == examples.len() as u64
+            && let Some(newest) = examples.last_mut()
+        {
+            newest.duration_secs = Some(duration_secs);
         }
     }
 

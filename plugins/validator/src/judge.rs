@@ -13,6 +13,7 @@ use crate::contacts::{Body, Contacts};
 use crate::findings::{Finding, Findings, Kind};
 use crate::motion::{Fault, Gap, Move, Row};
 use crate::orders::{Now, Orders};
+use crate::progress::{Limits, Progress};
 use crate::report::Report;
 use crate::stands::Stands;
 use crate::world_model::WorldModel;
@@ -26,13 +27,24 @@ pub struct Settings {
     pub unserved_after_secs: f64,
     /// Seconds after which a robot that is idle while orders wait is a finding.
     pub idle_after_secs: f64,
+    /// Seconds after which it is a finding that all robots with orders stand.
+    pub standstill_after_secs: f64,
+    /// Seconds after which a robot that stands with an order is a finding, or robots that drive
+    /// without coming to a stop.
+    pub stuck_after_secs: f64,
     /// The number of examples of each kind.
     pub examples: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { unserved_after_secs: 1200.0, idle_after_secs: 1200.0, examples: 10 }
+        Self {
+            unserved_after_secs: 1200.0,
+            idle_after_secs: 1200.0,
+            standstill_after_secs: 300.0,
+            stuck_after_secs: 600.0,
+            examples: 10,
+        }
     }
 }
 
@@ -76,6 +88,7 @@ pub struct Judge {
     placed: VecDeque<Placed>,
     stands: Stands,
     orders: Orders,
+    progress: Progress,
     /// The order log of a run whose first frame hasn't come yet.
     next_orders: Option<(u64, Orders)>,
     findings: Findings,
@@ -101,6 +114,7 @@ impl Judge {
             placed: VecDeque::new(),
             stands: Stands::default(),
             orders: Orders::default(),
+            progress: Progress::default(),
             next_orders: None,
             findings: Findings::new(settings.examples),
             run: None,
@@ -229,6 +243,7 @@ impl Judge {
         if now.seconds >= self.next_slow_check {
             self.next_slow_check = now.seconds + 1.0;
             self.judge_waiting(frame);
+            self.judge_progress();
         }
     }
 
@@ -242,6 +257,7 @@ impl Judge {
         self.tracks.clear();
         self.stands = Stands::default();
         self.zones = Zones::default();
+        self.progress = Progress::default();
         self.run = Some(frame.run_id());
         self.now = Now { tick: frame.tick(), ..Now::default() };
         self.began_secs = frame.header().sim_time_nanos as f64 * 1e-9;
@@ -336,6 +352,25 @@ impl Judge {
 
     fn judge_orders(&mut self) {
         self.orders.judge(self.now, &self.world, &self.stands, &mut self.findings);
+    }
+
+    /// Finds robots with orders that don't drive, or don't come to their stops.
+    fn judge_progress(&mut self) {
+        let limits = Limits {
+            standstill_secs: self.settings.standstill_after_secs,
+            stuck_secs: self.settings.stuck_after_secs,
+        };
+        self.progress.begin(self.tracks.len());
+        for robot in self.orders.take_progress() {
+            self.progress.take_progress(robot);
+        }
+        for (robot, is_at_stop) in self.orders.of_robots() {
+            let track = self.tracks.get(robot as usize);
+            if let Some(row) = track.and_then(|track| track.before) {
+                self.progress.take(robot, &row, is_at_stop, self.now);
+            }
+        }
+        self.progress.judge(self.now, limits, &self.world, &mut self.findings);
     }
 
     /// Finds unserved orders, and robots that are idle while orders wait.

@@ -3,7 +3,7 @@
 //!
 //! [`Judge`] is pure: it takes the messages of a fleet, and returns a [`Report`]. The plugin feeds
 //! it live; `regatta validate` feeds it with a recording. The rules are in `contacts`, `graph`,
-//! `motion` and `orders`; their tolerances are constants at the top of each, which
+//! `motion`, `orders`, `progress` and `zones`; their tolerances are constants at the top of each, which
 //! `docs/validator.md` lists. `world_model` computes curves and arc lengths of its own.
 //!
 //! A fault that lasts counts once, in the frame in which it begins.
@@ -16,6 +16,7 @@ mod motion;
 mod options;
 mod orders;
 mod plugin;
+mod progress;
 mod report;
 mod stands;
 mod world_model;

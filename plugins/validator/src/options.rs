@@ -28,6 +28,13 @@ pub struct JudgeOptions {
     /// A robot that is idle for this time while orders wait is a finding
     #[arg(long, value_name = "TIME", default_value = "20min")]
     idle_after: humantime::Duration,
+    /// It is a finding that all robots with orders stand for this time
+    #[arg(long, value_name = "TIME", default_value = "5min")]
+    standstill_after: humantime::Duration,
+    /// A robot that stands with an order for this time is a finding, and so are robots that drive
+    /// this long without coming to a stop
+    #[arg(long, value_name = "TIME", default_value = "10min")]
+    stuck_after: humantime::Duration,
     /// The number of examples of each kind in the report
     #[arg(long, value_name = "N", default_value = "10")]
     examples: usize,
@@ -60,6 +67,8 @@ impl JudgeOptions {
         Settings {
             unserved_after_secs: self.unserved_after.as_secs_f64(),
             idle_after_secs: self.idle_after.as_secs_f64(),
+            standstill_after_secs: self.standstill_after.as_secs_f64(),
+            stuck_after_secs: self.stuck_after.as_secs_f64(),
             examples: self.examples,
         }
     }

@@ -56,6 +56,8 @@ pub(crate) struct Orders {
     has_begun: bool,
     /// Open orders without a robot.
     waiting: u64,
+    /// Robots that got an order, came to a stop or handled one since they were asked for.
+    progress: Vec<u32>,
     /// No order that is open and hasn't been reported as unserved was created before this time, in
     /// seconds.
     oldest_secs: f64,
@@ -121,6 +123,9 @@ impl Orders {
                 }
                 self.add(number, Order { created_secs, ..Order::default() });
             }
+        }
+        if matches!(kind, OrderKind::Assigned | OrderKind::Arrived | OrderKind::Handled) {
+            self.progress.push(check.record.robot);
         }
         match kind {
             OrderKind::Created => {}
@@ -293,6 +298,19 @@ impl Orders {
                 ..Finding::at(now.tick, now.seconds)
             });
         }
+    }
+
+    /// Returns the robots that got an order, came to a stop or handled one since the last call.
+    pub fn take_progress(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.progress)
+    }
+
+    /// Returns the robots with orders, and whether they are at a stop.
+    pub fn of_robots(&self) -> impl Iterator<Item = (u32, bool)> + '_ {
+        self.robots.iter().map(|(robot, number)| {
+            let order = self.orders.get(number);
+            (*robot, order.is_some_and(|order| order.arrived.is_some()))
+        })
     }
 
     /// Whether orders wait for a robot.

@@ -2,8 +2,9 @@
 
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
+use super::verdict::{caveats, orders_in_words, safety, verdict};
 use super::{Block, Picture};
-use crate::answer::{Answer, Comparison, Difference, KneeAnswer, PointAnswer, VariantAnswer};
+use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
@@ -12,6 +13,7 @@ use crate::statistics::Interval;
 pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
+    blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
     blocks.push(Block::Text(safety(answer)));
     blocks.push(picture("throughput", "Throughput over robots", throughput_chart(answer)));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
@@ -40,68 +42,6 @@ fn picture(name: &'static str, caption: &str, svg: String) -> Block {
 fn first_of_several(answer: &Answer) -> String {
     let first = answer.variants.first().filter(|_| answer.variants.len() > 1);
     first.map_or_else(String::new, |variant| format!("{}: ", variant.name))
-}
-
-/// The answer for a variant, in one sentence or two.
-fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
-    let name = if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) };
-    let Some(KneeAnswer { robots, orders_per_hour, half, is_open }) = &variant.knee else {
-        let reason = variant.failure().map_or("nothing was carried".to_owned(), |reason| {
-            format!("no run has succeeded: {reason}")
-        });
-        return format!("{name}{reason}.");
-    };
-    let (count, carries) =
-        (robots_in_words(*robots), if *robots == 1 { "carries" } else { "carry" });
-    let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour));
-    if *is_open {
-        let more = variant.failed.iter().find(|(failed, _)| failed > robots);
-        return match (more, variant.points.len()) {
-            (Some((failed, reason)), _) => format!(
-                "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs \
-                 fail: {reason}."
-            ),
-            (None, 1) => {
-                format!("{name}{count} {throughput}. No other number of robots was tried.")
-            }
-            (None, _) => format!(
-                "{name}more than {count}: {throughput} with these, and more would carry more."
-            ),
-        };
-    }
-    let part = answer.method.knee * 100.0;
-    let half = match half < robots {
-        true => format!(" Up to {half}, each more brings at least half of that."),
-        false => String::new(),
-    };
-    format!(
-        "{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one \
-         brings alone.{half}"
-    )
-}
-
-fn safety(answer: &Answer) -> String {
-    let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
-    let others: u64 = answer.variants.iter().map(|variant| variant.other_findings).sum();
-    let runs: usize = answer
-        .variants
-        .iter()
-        .flat_map(|variant| &variant.points)
-        .map(|point| point.runs.len())
-        .sum();
-    let others = match others {
-        0 => "no other findings".to_owned(),
-        count => {
-            format!("{count} other findings, such as orders that weren't served for 20 minutes")
-        }
-    };
-    match contacts {
-        0 => format!(
-            "No robot touched another in {runs} runs, as an independent validator judged them; \
-             {others}."
-        ),
-        count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
-    }
 }
 
 fn throughput_chart(answer: &Answer) -> String {
@@ -179,6 +119,7 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
         "waiting",
         "empty way",
         "contacts",
+        "stalled",
         "seeds",
     ])];
     for point in &variant.points {
@@ -187,7 +128,7 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             if is_knee { format!("**{}**", point.robots) } else { point.robots.to_string() };
         rows.push(vec![
             robots,
-            text(point.orders_per_hour, |orders| with_interval(&orders)),
+            text(point.orders_per_hour, |orders| orders_in_words(&orders)),
             text(point.orders_per_hour, |orders| {
                 format!("{:.2}", orders.mean / f64::from(point.robots))
             }),
@@ -197,6 +138,7 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             text(point.waiting, percent),
             text(point.empty, percent),
             point.contacts.to_string(),
+            point.stalled().count().to_string(),
             point.runs.len().to_string(),
         ]);
     }
@@ -221,15 +163,6 @@ fn text(interval: Option<Interval>, format: impl Fn(Interval) -> String) -> Stri
 
 fn percent(interval: Interval) -> String {
     format!("{:.0} %", interval.mean * 100.0)
-}
-
-fn with_interval(interval: &Interval) -> String {
-    let Interval { mean, half_width, .. } = interval;
-    let decimals = if *mean < 100.0 { 1 } else { 0 };
-    match half_width {
-        Some(half_width) => format!("{mean:.decimals$} ± {half_width:.decimals$}"),
-        None => format!("{mean:.decimals$}"),
-    }
 }
 
 fn comparison_blocks(answer: &Answer, comparison: &Comparison) -> Vec<Block> {

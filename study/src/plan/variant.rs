@@ -1,14 +1,14 @@
 //! A variant: a plant, its robots, its load and its manager, for any number of robots and any seed.
 
+mod roads;
 mod settings;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use regatta_layout::model::components::Components;
-use regatta_layout::{Format, NodeIndex, ReadOptions, Role, RouteGraph, write};
+use regatta_layout::{Format, ReadOptions, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
-use regatta_scenario::{Overrides, Scenario};
+use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
 use serde::Deserialize;
 use serde_json::Number;
 
@@ -35,8 +35,10 @@ pub struct Variant {
     pub name: String,
     /// The file that it was made of, for messages.
     pub file: PathBuf,
-    /// The layout.
+    /// The roads: the main part of the layout.
     pub graph: Arc<RouteGraph>,
+    /// What is cut off from them, in words: it doesn't take part.
+    pub left_out: Vec<String>,
     /// The program that steers the robots.
     pub manager: Manager,
     /// The stops of the orders, in words.
@@ -81,23 +83,28 @@ impl Variant {
     /// Reads a plant or a scenario.
     ///
     /// # Errors
-    /// [`PlanError`] if it can't be read or is invalid, or if its stations aren't connected.
+    /// [`PlanError`] if it can't be read or is invalid, or if robots can't come back anywhere.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
         let read = Scenario::read(path, &overrides)?;
         let PlantScenario { robots, plugins, setup } = read.source.sections()?;
+        // The load of a default scenario is made for a look at the layout.
+        let load = setup.load.filter(|_| !read.is_default);
+        let setup = Setup { load, ..setup };
         let mut variant = Self {
             name: String::new(),
             file: path.to_owned(),
-            graph: read.graph,
+            graph: read.graph.clone(),
+            left_out: Vec::new(),
             manager: Manager::BuiltIn(kept_arguments(&plugins)),
             load: "that of the scenario".to_owned(),
             setup,
             types: types(robots),
             is_load_made_up: false,
         };
+        variant.set_roads(&read.graph)?;
         if variant.setup.load.is_none() {
-            variant.make_load_up()?;
+            variant.make_load_up();
         }
         Ok(variant)
     }
@@ -183,63 +190,25 @@ impl Variant {
     }
 
     /// Gives every robot an order to the stations of the plant, as soon as it has finished one.
-    fn make_load_up(&mut self) -> Result<(), PlanError> {
-        let (picks, drops) = (self.nodes_with(Role::Pick), self.nodes_with(Role::Drop));
-        let stations: Vec<NodeIndex> = self
-            .graph
-            .stations()
-            .iter()
-            .flat_map(|station| station.nodes.iter().copied())
-            .collect();
-        let (load, words) = if !picks.is_empty() && !drops.is_empty() {
-            self.check_connected(&[picks, drops].concat())?;
-            (
-                Load::endless([("from", "pick".into()), ("to", "drop".into())]),
-                "from stations to pick at to stations to drop at",
-            )
-        } else if stations.len() > 1 {
-            self.check_connected(&stations)?;
-            let ids: Vec<u32> = stations.iter().map(|node| self.graph.node(*node).id).collect();
-            let groups = serde_json::json!({ "stations": ids });
-            (
-                Load::endless([("groups", groups), ("among", "stations".into())]),
-                "from one station to the next",
-            )
-        } else {
-            (Load::endless([]), "from one node to the next, since the layout names no stations")
-        };
-        self.setup.load = Some(load);
-        self.load = format!("each robot has an order at any time, {words}");
+    fn make_load_up(&mut self) {
+        let load = MadeUpLoad::new(&self.graph);
+        self.load = format!("each robot has an order at any time, {}", load.words());
         self.is_load_made_up = true;
+        self.setup.load = Some(match load {
+            MadeUpLoad::Transports { .. } => {
+                Load::endless([("from", "pick".into()), ("to", "drop".into())])
+            }
+            MadeUpLoad::Stations(ids) => {
+                let groups = serde_json::json!({ "stations": ids });
+                Load::endless([("groups", groups), ("among", "stations".into())])
+            }
+            MadeUpLoad::Nodes(_) => Load::endless([]),
+        });
         if let Manager::BuiltIn(args) = &mut self.manager
             && !args.iter().any(|arg| arg == IN_TURN)
         {
             args.push(IN_TURN.to_owned());
         }
-        Ok(())
-    }
-
-    fn nodes_with(&self, role: Role) -> Vec<NodeIndex> {
-        let nodes = (0..).map(NodeIndex).zip(self.graph.nodes());
-        nodes.filter(|(_, node)| node.role == role).map(|(index, _)| index).collect()
-    }
-
-    /// Checks that all of some nodes can be reached from each other.
-    fn check_connected(&self, nodes: &[NodeIndex]) -> Result<(), PlanError> {
-        let components = Components::strong(&self.graph);
-        let of_nodes: Vec<u32> =
-            nodes.iter().map(|node| components.of_node[node.0 as usize]).collect();
-        let largest = of_nodes
-            .iter()
-            .max_by_key(|component| of_nodes.iter().filter(|other| other == component).count());
-        let outside = nodes.iter().zip(&of_nodes).find(|(_, of)| Some(*of) != largest);
-        let Some((node, _)) = outside else { return Ok(()) };
-        let node = self.graph.node(*node);
-        let station = match node.name() {
-            Some(name) => format!("station {name}"),
-            None => format!("node {}", node.id),
-        };
-        Err(PlanError::Unreachable { file: self.file.clone(), station })
     }
 }
 

@@ -208,11 +208,11 @@ impl NodeLinter<'_, '_, '_> {
     }
 
     /// Reports one warning for each strongly connected component that no leg enters, except the
-    /// largest.
+    /// main one.
     fn warn_of_unreachable(&mut self) {
         let strong = Components::strong(self.graph);
-        let main =
-            Some(strong.largest()).filter(|&largest| strong.sizes.get(largest as usize) > Some(&1));
+        let main = Some(strong.main(self.graph));
+        let main = main.filter(|&main| strong.sizes.get(main as usize) > Some(&1));
         let mut entered = vec![false; strong.sizes.len()];
         for leg in legs(self.graph.edges()) {
             let (from, to) = (self.graph.leg_start(leg), self.graph.leg_end(leg));

@@ -1,8 +1,11 @@
 //! The weakly and strongly connected components of a route graph.
 
-use regatta_base::graph::{Leg, NodeIndex};
+use regatta_base::components::strong_components;
+use regatta_base::graph::NodeIndex;
+use regatta_base::rows::Rows;
 
 use super::route_graph::RouteGraph;
+use super::tags::Role;
 
 /// A partition of the nodes into components.
 #[derive(Clone, Debug)]
@@ -11,6 +14,29 @@ pub struct Components {
     pub of_node: Vec<u32>,
     /// The number of nodes of each component.
     pub sizes: Vec<u32>,
+}
+
+/// The numbers of a component's nodes with stations.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stations {
+    picks: u64,
+    drops: u64,
+    /// Those that are counted as both.
+    transfers: u64,
+    others: u64,
+}
+
+impl Stations {
+    fn add(&mut self, role: Role) {
+        self.picks += u64::from(role.is_pick());
+        self.drops += u64::from(role.is_drop());
+        self.transfers += u64::from(role == Role::Transfer);
+    }
+
+    /// The number of pairs of a node to pick at and another node to drop at.
+    fn pairs(self) -> u64 {
+        self.picks * self.drops - self.transfers
+    }
 }
 
 impl Components {
@@ -39,14 +65,36 @@ impl Components {
     /// # Ok::<(), regatta_layout::GraphError>(())
     /// ```
     pub fn strong(graph: &RouteGraph) -> Self {
-        Tarjan::new(graph).run()
+        let nodes = graph.nodes().len();
+        let departures = (0..nodes as u32).flat_map(|node| {
+            let legs = graph.departures(NodeIndex(node)).iter();
+            legs.map(move |leg| (node, graph.leg_end(*leg).0))
+        });
+        Self::numbered(&strong_components(&Rows::of_sorted(nodes, departures)))
     }
 
-    /// Returns the largest component, or the first of several equally large ones; 0 if there is
-    /// none.
-    pub fn largest(&self) -> u32 {
-        let largest = self.sizes.iter().copied().max().unwrap_or(0);
-        self.sizes.iter().position(|&size| size == largest).unwrap_or(0) as u32
+    /// Returns the component in which a fleet can carry the most: the one with the most pairs of a
+    /// node to pick at and another to drop at; among equal ones, that with the most nodes of
+    /// stations without a role, and then of any nodes; the first of those. 0 if there is none.
+    pub fn main(&self, graph: &RouteGraph) -> u32 {
+        let mut stations = vec![Stations::default(); self.sizes.len()];
+        for (role, &component) in graph.purposes().into_iter().zip(&self.of_node) {
+            stations[component as usize].add(role);
+        }
+        for station in graph.stations().iter().filter(|station| station.role == Role::None) {
+            for node in &station.nodes {
+                stations[self.of_node[node.0 as usize] as usize].others += 1;
+            }
+        }
+        let mut main = 0;
+        let mut most = (0, 0, 0);
+        for ((stations, &nodes), component) in stations.iter().zip(&self.sizes).zip(0..) {
+            let worth = (stations.pairs(), stations.others, nodes);
+            if worth > most {
+                (main, most) = (component, worth);
+            }
+        }
+        main
     }
 
     /// Numbers components in the order of their first nodes. `representatives` has a node of each
@@ -75,88 +123,6 @@ fn root(parent: &mut [u32], mut node: u32) -> u32 {
         node = parent[node as usize];
     }
     node
-}
-
-/// Tarjan's algorithm with an explicit stack. Recursion would overflow the call stack on a long
-/// chain of nodes.
-struct Tarjan<'g> {
-    graph: &'g RouteGraph,
-    /// For each node: the order in which it was discovered, from 1; 0 if it isn't discovered yet.
-    discovery: Vec<u32>,
-    /// For each node: the least `discovery` of an open node known to be reachable from it.
-    low: Vec<u32>,
-    /// For each node: a node of its component once that is complete, else `u32::MAX`.
-    representative: Vec<u32>,
-    discovered: u32,
-    /// The discovered nodes whose components aren't complete.
-    open: Vec<u32>,
-    /// The path of the depth-first search: nodes, and the number of their departures that have been
-    /// followed.
-    path: Vec<(u32, usize)>,
-}
-
-impl<'g> Tarjan<'g> {
-    fn new(graph: &'g RouteGraph) -> Self {
-        let nodes = graph.nodes().len();
-        Self {
-            graph,
-            discovery: vec![0; nodes],
-            low: vec![0; nodes],
-            representative: vec![u32::MAX; nodes],
-            discovered: 0,
-            open: Vec::new(),
-            path: Vec::new(),
-        }
-    }
-
-    fn run(mut self) -> Components {
-        for node in 0..self.discovery.len() as u32 {
-            if self.discovery[node as usize] == 0 {
-                self.discover(node);
-                while let Some((node, next)) = self.path.pop() {
-                    self.visit(node, next);
-                }
-            }
-        }
-        Components::numbered(&self.representative)
-    }
-
-    fn discover(&mut self, node: u32) {
-        self.discovered += 1;
-        self.discovery[node as usize] = self.discovered;
-        self.low[node as usize] = self.discovered;
-        self.open.push(node);
-        self.path.push((node, 0));
-    }
-
-    /// Follows departure `next` of `node`, or finishes the node if there are no more.
-    fn visit(&mut self, node: u32, next: usize) {
-        let departures: &[Leg] = self.graph.departures(NodeIndex(node));
-        let Some(&leg) = departures.get(next) else { return self.finish(node) };
-        self.path.push((node, next + 1));
-        let to = self.graph.leg_end(leg).0;
-        if self.discovery[to as usize] == 0 {
-            self.discover(to);
-        } else if self.representative[to as usize] == u32::MAX {
-            self.low[node as usize] = self.low[node as usize].min(self.discovery[to as usize]);
-        }
-    }
-
-    fn finish(&mut self, node: u32) {
-        let low = self.low[node as usize];
-        if let Some(&(parent, _)) = self.path.last() {
-            self.low[parent as usize] = self.low[parent as usize].min(low);
-        }
-        if low < self.discovery[node as usize] {
-            return;
-        }
-        while let Some(member) = self.open.pop() {
-            self.representative[member as usize] = node;
-            if member == node {
-                break;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -198,7 +164,7 @@ mod tests {
         let graph = graph(5, &[(0, 1, false), (1, 2, false), (2, 0, false), (2, 3, false)]);
         let strong = Components::strong(&graph);
         assert_eq!(strong.sizes, [3, 1, 1]);
-        assert_eq!(strong.largest(), 0);
+        assert_eq!(strong.main(&graph), 0);
         assert_eq!(Components::weak(&graph).sizes, [4, 1]);
     }
 

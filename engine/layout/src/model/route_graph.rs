@@ -171,6 +171,24 @@ impl RouteGraph {
         &self.stations
     }
 
+    /// Returns the purpose of each node: its role or, if it has none, that of the stations that
+    /// robots serve there.
+    pub fn purposes(&self) -> Vec<Role> {
+        let mut of_stations = vec![Role::None; self.nodes.len()];
+        for station in &self.stations {
+            for node in &station.nodes {
+                let role = &mut of_stations[node.0 as usize];
+                *role = role.and(station.role);
+            }
+        }
+        for (purpose, node) in of_stations.iter_mut().zip(&self.nodes) {
+            if node.role != Role::None {
+                *purpose = node.role;
+            }
+        }
+        of_stations
+    }
+
     /// Returns the zones with a rule.
     pub fn zones(&self) -> &[Zone] {
         &self.zones

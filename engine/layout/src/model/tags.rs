@@ -70,6 +70,32 @@ pub enum Role {
     Park = 3,
     /// Charge.
     Charge = 4,
+    /// Pick a load up, or drop one.
+    Transfer = 5,
+}
+
+impl Role {
+    /// Whether loads are picked up there.
+    pub fn is_pick(self) -> bool {
+        matches!(self, Self::Pick | Self::Transfer)
+    }
+
+    /// Whether loads are dropped there.
+    pub fn is_drop(self) -> bool {
+        matches!(self, Self::Drop | Self::Transfer)
+    }
+
+    /// Returns the role of a place with two roles: the first, or [`Transfer`](Self::Transfer) if
+    /// loads are picked up and dropped there.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::None, other) => other,
+            (Self::Pick, Self::Drop | Self::Transfer)
+            | (Self::Drop, Self::Pick | Self::Transfer) => Self::Transfer,
+            _ => self,
+        }
+    }
 }
 
 regatta_base::named!(Role, "a role");

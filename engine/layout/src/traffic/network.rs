@@ -16,8 +16,7 @@ pub struct Network<'g> {
     arrivals: Rows<Leg>,
     /// By node: the number of its strongly connected component.
     pub parts: Components,
-    /// The number of the main part: the largest one of nodes that all can be reached from each
-    /// other.
+    /// The number of the [main](Components::main) one.
     pub main: u32,
 }
 
@@ -47,7 +46,7 @@ impl<'g> Network<'g> {
         let arrivals = legs(graph.edges()).map(|leg| (graph.leg_end(leg).0, leg)).collect();
         let arrivals = Rows::by_row(graph.nodes().len(), arrivals);
         let parts = Components::strong(graph);
-        let main = parts.largest();
+        let main = parts.main(graph);
         Self { graph, arrivals, parts, main }
     }
 

@@ -12,7 +12,7 @@ use super::{Losses, is_straight};
 use crate::model::format::Written;
 use crate::model::route_graph::{Node, RouteGraph};
 use crate::model::tags::{Role, Station};
-use crate::read::lif::node::roles;
+use crate::read::lif::node::{role_of, roles};
 use crate::read::lif::{Header, OWN_ID, OWN_VERSION};
 use edges::Names;
 use properties::{Kind, Properties};
@@ -152,20 +152,22 @@ fn point(position: DVec2) -> Value {
 
 /// Returns the actions of a property if they match the role; otherwise an action of the role.
 fn actions(role: Role, properties: &mut Properties<'_>) -> Option<Value> {
-    let action = match role {
-        Role::None => None,
-        Role::Pick => Some("pick"),
-        Role::Drop => Some("drop"),
-        Role::Park => Some("park"),
-        Role::Charge => Some("startCharging"),
+    let names: &[&str] = match role {
+        Role::None => &[],
+        Role::Pick => &["pick"],
+        Role::Drop => &["drop"],
+        Role::Park => &["park"],
+        Role::Charge => &["startCharging"],
+        Role::Transfer => &["pick", "drop"],
     };
     let kept = properties.get("actions").unwrap_or_default();
-    if (role == Role::None || roles(kept).first() == Some(&role))
+    if (role == Role::None || role_of(&roles(kept)) == role)
         && let Some(actions) = properties.actions()
     {
         return Some(actions);
     }
-    Some(json!([{"actionType": action?, "blockingType": "HARD"}]))
+    let actions = names.iter().map(|name| json!({"actionType": name, "blockingType": "HARD"}));
+    (!names.is_empty()).then(|| actions.collect())
 }
 
 /// Repeats properties for each vehicle type.

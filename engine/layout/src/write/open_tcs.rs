@@ -356,29 +356,30 @@ fn type_name(station: &Station) -> &str {
             Role::Drop => "Drop station",
             Role::Park => "Park station",
             Role::Charge => "Charge station",
+            Role::Transfer => "Transfer station",
         },
         AsRef::as_ref,
     )
 }
 
 fn operations(station: &Station) -> Vec<&str> {
-    let default = match station.role {
-        Role::None => "NOP",
-        Role::Pick => "Load cargo",
-        Role::Drop => "Unload cargo",
-        Role::Park => "Park",
-        Role::Charge => "CHARGE",
-    };
-    station
-        .properties
-        .get("operations")
-        .map_or_else(|| vec![default], |operations| operations.split(", ").collect())
+    if let Some(operations) = station.properties.get("operations") {
+        return operations.split(", ").collect();
+    }
+    match station.role {
+        Role::None => vec!["NOP"],
+        Role::Pick => vec!["Load cargo"],
+        Role::Drop => vec!["Unload cargo"],
+        Role::Park => vec!["Park"],
+        Role::Charge => vec!["CHARGE"],
+        Role::Transfer => vec!["Load cargo", "Unload cargo"],
+    }
 }
 
 fn symbol(role: Role) -> &'static str {
     match role {
         Role::None | Role::Park => "NONE",
-        Role::Pick | Role::Drop => "LOAD_TRANSFER_GENERIC",
+        Role::Pick | Role::Drop | Role::Transfer => "LOAD_TRANSFER_GENERIC",
         Role::Charge => "RECHARGE_GENERIC",
     }
 }

@@ -93,6 +93,8 @@ numbered! {
         Park = 3,
         /// Charge.
         Charge = 4,
+        /// Pick a load up, or drop one.
+        Transfer = 5,
     }
 }
 
@@ -220,7 +222,18 @@ impl Role {
             Self::Drop => "drop",
             Self::Park => "park",
             Self::Charge => "charge",
+            Self::Transfer => "transfer",
         }
+    }
+
+    /// Whether loads are picked up there.
+    pub fn is_pick(self) -> bool {
+        matches!(self, Self::Pick | Self::Transfer)
+    }
+
+    /// Whether loads are dropped there.
+    pub fn is_drop(self) -> bool {
+        matches!(self, Self::Drop | Self::Transfer)
     }
 }
 

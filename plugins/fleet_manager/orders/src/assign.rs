@@ -1,6 +1,6 @@
 //! The assignment of orders to robots.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use glam::Vec2;
 use pathfinding::kuhn_munkres::kuhn_munkres;
@@ -86,8 +86,8 @@ impl Default for Nearest {
     }
 }
 
-/// Each waiting order for the free robot with the lowest id, wherever it is, and no robot loses an
-/// order. For measurements: an endless load then sends robots to random nodes, however many are
+/// Each waiting order for the free robot with the lowest id that can drive to it, and no robot loses
+/// an order. For measurements: an endless load then sends robots to random nodes, however many are
 /// free at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InTurn;
@@ -97,14 +97,18 @@ impl Assigner for InTurn {
         let kept: Vec<_> =
             problem.orders.iter().filter_map(|order| Some((order.id, order.robot?))).collect();
         let busy: BTreeSet<_> = kept.iter().map(|(_, robot)| *robot).collect();
-        let waiting =
-            problem.orders.iter().filter(|order| order.robot.is_none()).map(|order| order.id);
-        let free = problem
-            .robots
-            .iter()
-            .map(|candidate| candidate.robot)
-            .filter(|robot| !busy.contains(robot));
-        kept.iter().copied().chain(waiting.zip(free)).collect()
+        let robots = problem.robots.iter().map(|candidate| candidate.robot);
+        let mut free: VecDeque<u32> = robots.filter(|robot| !busy.contains(robot)).collect();
+        let mut pairs = kept;
+        for order in problem.orders.iter().filter(|order| order.robot.is_none()) {
+            let can_drive = |robot: &u32| (problem.driving_secs)(*robot, order.node).is_some();
+            let Some(first) = free.iter().position(can_drive) else { continue };
+            pairs.extend(free.remove(first).map(|robot| (order.id, robot)));
+            if free.is_empty() {
+                break;
+            }
+        }
+        pairs
     }
 }
 

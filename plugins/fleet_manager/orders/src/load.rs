@@ -273,7 +273,7 @@ impl<'places> Groups<'places> {
     }
 
     fn with_role(&self, role: Role) -> Vec<u32> {
-        self.places.nodes(|place| place.role == role)
+        self.places.nodes(|place| has_role(place.role, role))
     }
 }
 
@@ -298,9 +298,18 @@ fn matching(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
     let role = fields.optional("role", node_role)?;
     let zone = fields.optional("zone", Node::text)?;
     Ok(places.nodes(|place| {
-        role.is_none_or(|role| place.role == role)
+        role.is_none_or(|role| has_role(place.role, role))
             && zone.as_ref().is_none_or(|zone| place.zone == zone.as_ref())
     }))
+}
+
+/// Whether a place can be used in a role.
+fn has_role(of_place: Role, role: Role) -> bool {
+    match role {
+        Role::Pick => of_place.is_pick(),
+        Role::Drop => of_place.is_drop(),
+        _ => of_place == role,
+    }
 }
 
 fn role_named(name: &str) -> Option<Role> {

@@ -2,12 +2,12 @@
 
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::manager::{ManagerAnswer, ManagerRequest};
-use regatta_plugin::world::EdgeRecord;
+use regatta_plugin::world::{EdgeRecord, Orientation};
 
 use crate::model::managed::Managed;
 use crate::model::worlds;
 use crate::planner::PlannerKind;
-use regatta_orders::OrderId;
+use regatta_orders::{InTurn, OrderId};
 
 /// A block with one way in and one way out, and streets round it.
 const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
@@ -47,6 +47,28 @@ fn orders_on_a_single_track_are_carried_out_in_spite_of_breakdowns() {
         let orders = fleet.manager.orders().figures(4_200.0).orders;
         assert!(orders.finished > 45 && orders.waiting < 10, "{robots} {seed}: {orders:?}");
         assert_eq!((orders.failed, orders.unroutable), (0, 0), "{robots} {seed}: {orders:?}");
+    }
+}
+
+/// Two rings that no road joins, with orders in the first alone, and some that lead across.
+#[test]
+fn orders_go_to_robots_that_can_carry_them_out() {
+    let ring = |x: f32| [[x, 0.0], [x + 20.0, 0.0], [x + 20.0, 20.0], [x, 20.0]];
+    let points = [ring(0.0), ring(100.0)].concat();
+    let edges = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4]];
+    let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+    let load = "load: {groups: {first: [0, 1, 2, 3], second: [4, 5]}, generators: [\
+                {name: a, endless: 3, among: first}, \
+                {name: b, per_hour: 60, from: first, to: second}]}";
+    for (assigner, seed) in [(true, 1), (true, 2), (false, 1)] {
+        let mut fleet = Managed::new(&world, 4, seed, load, PlannerKind::Lanes);
+        if assigner {
+            fleet.manager.orders_mut().set_assigner(InTurn);
+        }
+        fleet.run(18_000, 0, 0);
+        let orders = fleet.manager.orders().figures(1_800.0).orders;
+        assert!(orders.finished > 60 && orders.failed == 0, "{seed}: {orders:?}");
+        assert!(orders.unroutable > 20 && orders.waiting < 5, "{seed}: {orders:?}");
     }
 }
 

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
+use regatta_base::components::strong_components;
 use regatta_base::rows::Rows;
 
 use crate::roads::{Leg, Roads};
@@ -22,6 +23,48 @@ pub struct DrivingTimes {
     trees: BTreeMap<u32, Vec<u32>>,
     /// The number of times computed since the last [`begin`](Self::begin).
     spent: usize,
+    reach: Reach,
+}
+
+/// The nodes from which others can be reached.
+#[derive(Debug)]
+struct Reach {
+    /// By node: a node of the part of the roads in which all nodes can be reached from each other.
+    parts: Vec<u32>,
+    /// By part: whether it can be reached from each node; of the parts that were asked for.
+    sources: BTreeMap<u32, Vec<bool>>,
+}
+
+impl Reach {
+    fn new(arrivals: &Rows<Arrival>) -> Self {
+        let starts = (0..arrivals.len() as u32)
+            .flat_map(|node| arrivals.row(node).iter().map(move |leg| (node, leg.start)));
+        // The components are the same in both directions.
+        let parts = strong_components(&Rows::of_sorted(arrivals.len(), starts));
+        Self { parts, sources: BTreeMap::new() }
+    }
+
+    fn contains(&mut self, arrivals: &Rows<Arrival>, node: u32, goal: u32) -> bool {
+        let part = self.parts[goal as usize];
+        if self.parts[node as usize] == part {
+            return true;
+        }
+        self.sources.entry(part).or_insert_with(|| sources(arrivals, part))[node as usize]
+    }
+}
+
+/// Returns by node whether a goal can be reached from it.
+fn sources(arrivals: &Rows<Arrival>, goal: u32) -> Vec<bool> {
+    let (mut is_source, mut open) = (vec![false; arrivals.len()], vec![goal]);
+    is_source[goal as usize] = true;
+    while let Some(node) = open.pop() {
+        for leg in arrivals.row(node) {
+            if !std::mem::replace(&mut is_source[leg.start as usize], true) {
+                open.push(leg.start);
+            }
+        }
+    }
+    is_source
 }
 
 /// A leg that leads to a node.
@@ -46,7 +89,13 @@ impl DrivingTimes {
             (end, Arrival { start: roads.start(leg), millis: (1000.0 * secs) as u32 + 1 })
         });
         let arrivals = Rows::of_sorted(roads.nodes() as usize, arrivals);
-        Self { arrivals, trees: BTreeMap::new(), spent: 0 }
+        let reach = Reach::new(&arrivals);
+        Self { arrivals, trees: BTreeMap::new(), spent: 0, reach }
+    }
+
+    /// Whether a way leads from a node to another one, closed roads included.
+    pub fn can_reach(&mut self, node: u32, goal: u32) -> bool {
+        self.reach.contains(&self.arrivals, node, goal)
     }
 
     /// Begins another cycle, in which some more driving times may be computed.

@@ -65,7 +65,13 @@ fn show(judge: &mut Judge, tick: u64, rows: &[Row]) {
 }
 
 fn judge() -> Judge {
-    let settings = Settings { unserved_after_secs: 60.0, idle_after_secs: 30.0, examples: 3 };
+    let settings = Settings {
+        unserved_after_secs: 60.0,
+        idle_after_secs: 30.0,
+        standstill_after_secs: 20.0,
+        stuck_after_secs: 40.0,
+        examples: 3,
+    };
     let mut judge = Judge::new(settings);
     judge.take_world(&world().view(7, 1));
     judge
@@ -466,4 +472,63 @@ fn a_log_that_is_ahead_of_its_run_is_kept() {
     );
     assert_eq!(judge.orders.len(), 0);
     assert_eq!(judge.next_orders.as_ref().map(|(run, _)| *run), Some(8));
+}
+
+/// Judges a robot with an order, a frame a second, and others without one. Returns the findings
+/// about its progress.
+fn progress(rows: impl Fn(u64) -> Row, secs: u64) -> Vec<(Kind, u64)> {
+    let mut judge = judge();
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
+    let log = [
+        OrderRecord { detail: 1, ..OrderRecord::new(5, OrderKind::Created) },
+        OrderRecord::new(5, OrderKind::Stop).at_stop(0, 3, StopAction::None),
+        OrderRecord::new(5, OrderKind::Assigned).of_robot(0),
+    ];
+    let header = OrderHeader { run_id: 7, tick: 0, sequence: 1, ..OrderHeader::default() };
+    judge.take_orders(&header, 0, &log);
+    for second in 0..secs {
+        show(&mut judge, 10 * second, &[rows(second), on(2, 1.0, 0.0)]);
+    }
+    let mut found = found(judge);
+    found.retain(|(kind, _)| matches!(kind, Kind::Standstill | Kind::Livelock | Kind::Stuck));
+    found
+}
+
+#[test]
+fn a_fleet_that_stands_with_orders_is_found_once() {
+    let waiting = Row { state: RobotState::Waiting, ..on(0, 5.0, 0.0) };
+    assert_eq!(progress(|_| waiting, 15), [], "not yet");
+    assert_eq!(progress(|_| waiting, 200), [(Kind::Standstill, 1)]);
+    let broken = Row { state: RobotState::Broken, ..waiting };
+    assert_eq!(progress(|_| broken, 200), [], "it can't drive");
+    let creeping = |second| Row { ..on(0, 0.05 * second as f32, 0.05) };
+    assert_eq!(progress(creeping, 190), []);
+}
+
+#[test]
+fn a_robot_that_drives_to_and_fro_without_arriving_is_found() {
+    let to_and_fro = |second: u64| on(u32::from(second % 10 < 5), 0.5 * (second % 5) as f32, 0.5);
+    assert_eq!(progress(to_and_fro, 35), [], "not yet");
+    assert_eq!(progress(to_and_fro, 200), [(Kind::Livelock, 1)]);
+}
+
+#[test]
+fn a_robot_that_stands_while_others_drive_is_found() {
+    let mut judge = judge();
+    let mut log = Vec::new();
+    for order in 0..2 {
+        log.push(OrderRecord { detail: 1, ..OrderRecord::new(order, OrderKind::Created) });
+        log.push(OrderRecord::new(order, OrderKind::Stop).at_stop(0, 3, StopAction::None));
+        log.push(OrderRecord::new(order, OrderKind::Assigned).of_robot(order as u32));
+    }
+    let header = OrderHeader { run_id: 7, tick: 0, sequence: 1, ..OrderHeader::default() };
+    judge.take_orders(&header, 0, &log);
+    for second in 0..100 {
+        let waiting = Row { state: RobotState::Waiting, ..on(1, 5.0, 0.0) };
+        show(&mut judge, 10 * second, &[waiting, on(0, 0.05 * second as f32, 0.05)]);
+    }
+    let report = judge.finish();
+    assert_eq!((report.count(Kind::Stuck), report.count(Kind::Standstill)), (1, 0));
+    let stuck = report.found().find(|report| report.kind == Kind::Stuck).expect("a finding");
+    assert_eq!((&stuck.examples[0].robots[..], stuck.examples[0].edge), (&[0][..], Some(11)));
 }

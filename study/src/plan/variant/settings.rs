@@ -1,7 +1,6 @@
 //! Variants with other settings.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use regatta_layout::{EdgeChange, ReadOptions};
 use regatta_scenario::{Overrides, Scenario};
@@ -81,9 +80,14 @@ impl Variant {
 
     fn set_layout(&mut self, path: &Path, options: &ReadOptions) -> Result<(), PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
-        (self.graph, self.file) = (Scenario::read(path, &overrides)?.graph, path.to_owned());
+        let graph = Scenario::read(path, &overrides)?.graph;
+        (self.file, self.left_out) = (path.to_owned(), Vec::new());
+        self.set_roads(&graph)?;
         // Its stations are other ones.
-        if self.is_load_made_up { self.make_load_up() } else { Ok(()) }
+        if self.is_load_made_up {
+            self.make_load_up();
+        }
+        Ok(())
     }
 
     fn set_type(&mut self, name: &str) -> Result<(), PlanError> {
@@ -191,19 +195,6 @@ impl Variant {
             Manager::Command(_) => vec![IN_TURN.to_owned()],
         };
         Self { manager: Manager::Bound(args), ..self }
-    }
-
-    /// Changes edges of the layout, by their ids.
-    ///
-    /// # Errors
-    /// [`PlanError::Change`].
-    pub fn change(&mut self, ids: &[u32], change: EdgeChange) -> Result<(), PlanError> {
-        let changes: Vec<_> = ids.iter().map(|id| (*id, change)).collect();
-        self.graph = match self.graph.with_changes(&changes) {
-            Ok(graph) => Arc::new(graph),
-            Err(error) => return Err(PlanError::Change { file: self.file.clone(), error }),
-        };
-        Ok(())
     }
 }
 

@@ -33,12 +33,38 @@ fn a_layout_with_stations_gets_a_load_between_them() {
 }
 
 #[test]
-fn a_station_that_nobody_reaches_is_named() {
-    let error = variant(
-        "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,drop\nD,0,9,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n",
+fn stations_that_nobody_reaches_are_left_out_by_name() {
+    let left_out = variant(
+        "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,drop\nD,0,9,drop\nE,5,5,drop\n\nfrom,to\nA,B\nB,C\n\
+         C,A\nD,A\nE,A\n",
     );
-    let error = error.map(drop).expect_err("D can't be reached").to_string();
-    assert!(error.contains("station D") && !error.contains('\n'), "{error}");
+    let left_out = left_out.expect("a variant");
+    assert_eq!(left_out.left_out, ["stations `D`, `E`, to which no way leads"]);
+    let names: Vec<_> = left_out.graph.nodes().iter().filter_map(|node| node.name()).collect();
+    assert_eq!(names, ["A", "B", "C"]);
+    let error = variant("id,x,y\nA,0,0\nB,9,0\n\nfrom,to\nA,B\n").map(drop);
+    let error = error.expect_err("one way").to_string();
+    assert!(error.contains("no road leads back") && !error.contains('\n'), "{error}");
+}
+
+#[test]
+fn a_load_keeps_the_stations_that_take_part() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let layout = "id,x,y\nA,0,0\nB,10,0\nC,10,10\nD,0,10\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n";
+    std::fs::write(folder.path().join("plant.csv"), layout).expect("written");
+    let scenario = |inbound: &str| {
+        let text = format!(
+            "graph: plant.csv\nrobots: [{{count: 2, routes: none}}]\n\
+             load: {{groups: {{in: {inbound}, out: [B]}}, endless: robots, from: in, to: out}}\n"
+        );
+        let path = folder.path().join("s.yaml");
+        std::fs::write(&path, text).expect("written");
+        Variant::read(&path, &ReadOptions::default())
+    };
+    let kept = scenario("[A, D, C]").expect("a variant");
+    assert_eq!(setup(&kept)["load"]["groups"], json!({"in": ["A", "C"], "out": ["B"]}));
+    let error = scenario("[D]").map(drop).expect_err("an empty group").to_string();
+    assert!(error.contains("group in") && !error.contains('\n'), "{error}");
 }
 
 #[test]
@@ -51,8 +77,13 @@ fn settings_change_what_they_name() {
     assert_eq!((fast.max_speed(), fast.max_width()), (2.5, 0.6));
     let slow = with(Setting::SpeedFactor, json!(0.5)).expect("slower");
     assert_eq!(slow.graph.edges()[0].speed, 0.5);
-    let closed = with(Setting::Closed, json!([1])).expect("closed");
-    assert_eq!(closed.graph.edges().len(), 2);
+    let detour = variant(&format!("{RING}A,C\n")).expect("a variant");
+    let closed = detour.with(Setting::Closed, &json!([2]), &ReadOptions::default());
+    let closed = closed.expect("closed");
+    assert_eq!(
+        (closed.graph.edges().len(), &closed.left_out[..]),
+        (2, &["1 node, from which no way leads back".to_owned()][..])
+    );
     let dwelling = with(Setting::Dwell, json!({"min": 1, "max": 4})).expect("dwell");
     let made_up =
         json!({"endless": "robots", "from": "pick", "to": "drop", "dwell": {"min": 1, "max": 4}});

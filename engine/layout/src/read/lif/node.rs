@@ -139,7 +139,7 @@ pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) 
     angle
 }
 
-/// Keeps actions as a property. Returns the first role among them.
+/// Keeps actions as a property. Returns their [role](role_of).
 pub(super) fn take_actions(
     object: &mut Object<'_>,
     tags: &mut Tags,
@@ -150,15 +150,21 @@ pub(super) fn take_actions(
     };
     tags.set("actions", &json);
     let roles = roles(&json);
-    let first = roles.first().copied().unwrap_or_default();
-    if roles.iter().any(|role| *role != first) {
+    let role = role_of(&roles);
+    if roles.iter().any(|other| role.and(*other) != role) {
         context.note(
             object.at,
-            "a node or edge has actions of several roles, such as pick and drop: the first is its \
-             role",
+            "a node or edge has actions of several roles, such as pick and charge: the first is \
+             its role",
         );
     }
-    first
+    role
+}
+
+/// Returns the role of a place with some roles: the first, or [`Role::Transfer`] if loads are
+/// picked up and dropped there.
+pub(crate) fn role_of(roles: &[Role]) -> Role {
+    roles.iter().fold(Role::None, |role, other| role.and(*other))
 }
 
 /// Returns the roles of a list of actions.

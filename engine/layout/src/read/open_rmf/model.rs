@@ -107,6 +107,7 @@ impl Building {
                     position: self.places.get(&**name).copied(),
                     ..LayoutStation::default()
                 });
+                station.role = station.role.and(role);
                 station.nodes.push(node.id.clone());
             }
         }
@@ -166,14 +167,14 @@ impl Vertex {
     fn role(&self) -> Role {
         if self.is("is_charger") {
             Role::Charge
-        } else if property(&self.properties, "pickup_dispenser").is_some() {
-            Role::Pick
-        } else if property(&self.properties, "dropoff_ingestor").is_some() {
-            Role::Drop
-        } else if self.is("is_parking_spot") {
-            Role::Park
         } else {
-            Role::None
+            let roles = [
+                (property(&self.properties, "pickup_dispenser").is_some(), Role::Pick),
+                (property(&self.properties, "dropoff_ingestor").is_some(), Role::Drop),
+                (self.is("is_parking_spot"), Role::Park),
+            ];
+            let named = roles.into_iter().filter(|(is_named, _)| *is_named);
+            named.fold(Role::None, |role, (_, other)| role.and(other))
         }
     }
 

@@ -146,16 +146,17 @@ fn operations(element: &mut Element<'_>, name: &str) -> Vec<String> {
     element.take_children(name).iter_mut().map(|operation| operation.take_text("name")).collect()
 }
 
-/// Returns the role of the operations; of several roles, the first in [`WORDS`].
+/// Returns the role of the operations; of several roles, the first in [`WORDS`], but
+/// [`Role::Transfer`] if loads are picked up and dropped.
 pub(super) fn role(operations: &[String]) -> Role {
-    for (role, starts) in WORDS {
-        for operation in operations {
-            let lowercase = operation.to_lowercase();
-            let mut words = lowercase.split(|letter: char| !letter.is_alphanumeric());
-            if words.any(|word| starts.iter().any(|start| word.starts_with(start))) {
-                return role;
-            }
-        }
-    }
-    Role::None
+    let named = WORDS.into_iter().filter(|(_, starts)| {
+        operations.iter().any(|operation| has_word(&operation.to_lowercase(), starts))
+    });
+    named.fold(Role::None, |role, (other, _)| role.and(other))
+}
+
+/// Whether a word of an operation begins in one of some ways.
+fn has_word(operation: &str, starts: &[&str]) -> bool {
+    let mut words = operation.split(|letter: char| !letter.is_alphanumeric());
+    words.any(|word| starts.iter().any(|start| word.starts_with(start)))
 }

@@ -103,7 +103,7 @@ fn the_stations_of_the_demo_model_have_roles() {
     let station =
         |name: &str| graph.stations().iter().find(|station| station.name == name).expect(name);
     let goods = station("Goods in north 01");
-    assert_eq!((goods.role, goods.position), (Role::Pick, Some(DVec2::new(-28.0, 11.0))));
+    assert_eq!((goods.role, goods.position), (Role::Transfer, Some(DVec2::new(-28.0, 11.0))));
     assert_eq!(
         goods.nodes.iter().map(|&node| graph.node(node).name()).collect::<Vec<_>>(),
         [Some("Point-0026")]
@@ -231,6 +231,8 @@ fn operations_have_roles() {
     for (operation, expected) in cases {
         assert_eq!(role(&[operation.to_owned()]), expected, "{operation}");
     }
+    let both = ["Unload cargo", "NOP", "Load cargo"].map(str::to_owned);
+    assert_eq!(role(&both), Role::Transfer);
 }
 
 #[test]

@@ -6,7 +6,6 @@ use proptest::prelude::*;
 
 use super::layouts::{layout, robot};
 use super::model::{Model, bits, members};
-use crate::NodeIndex;
 use crate::model::route_graph::RouteGraph;
 use crate::traffic::conflicts::{Conflicts, Sweeps};
 use crate::traffic::network::Network;
@@ -14,6 +13,7 @@ use crate::traffic::passing::Passing;
 use crate::traffic::stations::station_names;
 use crate::traffic::tracks::{TrackKind, Tracks};
 use crate::traffic::{Certainty, Certificate, CutOff, Effect, RobotType, Section};
+use crate::{NodeIndex, Role};
 
 /// The number of random layouts for each verdict.
 const LAYOUTS: u32 = 2_500;
@@ -22,8 +22,9 @@ fn set(nodes: &[NodeIndex]) -> u32 {
     bits(nodes.iter().map(|node| node.0 as usize))
 }
 
-/// The nodes of the main part, and of all other ones: nodes that reach each other.
-fn parts(model: &Model) -> (u32, Vec<u32>) {
+/// The nodes of the main part, and of all other ones: nodes that reach each other. The main one has
+/// the most pairs of a node to pick at and another one to drop at, and then the most nodes.
+fn parts(graph: &RouteGraph, model: &Model) -> (u32, Vec<u32>) {
     let reach = model.reach();
     let mut parts: Vec<u32> = Vec::new();
     for node in 0..model.nodes {
@@ -33,8 +34,16 @@ fn parts(model: &Model) -> (u32, Vec<u32>) {
             parts.push(part);
         }
     }
-    let most = parts.iter().map(|part| part.count_ones()).max().unwrap_or(0);
-    let main = parts.iter().position(|part| part.count_ones() == most).unwrap_or(0);
+    let roles = graph.purposes();
+    let worth = |part: u32| {
+        let pairs = members(part).flat_map(|from| members(part).map(move |to| (from, to)));
+        let pairs = pairs.filter(|(from, to)| {
+            from != to && roles[*from] == Role::Pick && roles[*to] == Role::Drop
+        });
+        (pairs.count(), part.count_ones())
+    };
+    let most = parts.iter().map(|part| worth(*part)).max();
+    let main = parts.iter().position(|part| Some(worth(*part)) == most).unwrap_or(0);
     (parts.remove(main), parts)
 }
 
@@ -42,11 +51,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(LAYOUTS))]
 
     /// Parts: one robot alone can drive between all nodes of a part, and between no two nodes of
-    /// different parts both ways; the main one is the largest.
+    /// different parts both ways.
     #[test]
     fn parts_are_what_one_robot_can_reach(graph in layout(), robot in robot()) {
         let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let (main, others) = parts(&model);
+        let (main, others) = parts(&graph, &model);
         let found: Vec<u32> = certificate.parts.iter().map(|part| set(&part.nodes)).collect();
         prop_assert_eq!(&found, &others);
         let reach = model.reach();
@@ -108,7 +117,7 @@ proptest! {
     #[test]
     fn the_most_robots_under_way_are_those_of_the_search(graph in layout(), robot in robot()) {
         let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let main = parts(&model).0;
+        let main = parts(&graph, &model).0;
         let moving = model.placements().filter(|&set| {
             set & !main == 0
                 && members(set).any(|node| {
@@ -125,7 +134,7 @@ proptest! {
     #[test]
     fn stations_cut_off_what_the_search_cannot_reach(graph in layout(), robot in robot()) {
         let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let main = parts(&model).0;
+        let main = parts(&graph, &model).0;
         for node in station_names(&graph).keys().map(|node| *node as usize) {
             let found = certificate.stations.iter().find(|found| found.node.0 as usize == node);
             if main >> node & 1 == 0 {

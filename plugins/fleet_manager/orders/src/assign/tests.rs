@@ -126,9 +126,12 @@ fn robots_keep_their_orders_in_a_problem_that_is_too_large_to_be_solved_at_once(
 fn in_turn_nobody_loses_an_order_and_the_waiting_ones_are_given_by_number() {
     let mut orders = orders(&[0.0; 3]);
     orders[1].robot = Some(0);
-    let driving_secs = |_: u32, _: u32| None;
+    let anywhere = |_: u32, _: u32| Some(1.0);
     let problem =
-        Problem { now_secs: 0.0, orders: &orders, robots: &robots(3), driving_secs: &driving_secs };
+        Problem { now_secs: 0.0, orders: &orders, robots: &robots(3), driving_secs: &anywhere };
     let pairs = InTurn.assign(&problem);
     assert_eq!(pairs, [(OrderId(2), 0), (OrderId(1), 1), (OrderId(3), 2)]);
+    let not_robot_1 = |robot: u32, _: u32| (robot != 1).then_some(1.0);
+    let pairs = InTurn.assign(&Problem { driving_secs: &not_robot_1, ..problem });
+    assert_eq!(pairs, [(OrderId(2), 0), (OrderId(1), 2)], "robot 1 can't drive there");
 }

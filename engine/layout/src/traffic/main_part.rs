@@ -1,0 +1,206 @@
+//! The main part of a layout: the roads on which a fleet can work.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use regatta_base::graph::{EdgeIndex, NodeIndex};
+
+use super::network::Network;
+use super::parts::{CutOff, Part, parts};
+use super::stations::station_names;
+use crate::model::route_graph::{Edge, Node, RouteGraph};
+use crate::model::tags::Station;
+use crate::model::value::{plural, shorten};
+use crate::model::zones::Zone;
+
+/// The largest number of stations that a text names.
+const MOST_NAMES: usize = 20;
+
+/// The main part of a layout: nodes that all can be reached from each other, and the edges between
+/// them.
+#[derive(Clone, Debug)]
+pub struct MainPart {
+    /// Its roads, with the ids of the layout.
+    pub graph: RouteGraph,
+    /// What isn't in it, by reason.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Stations and nodes that are cut off from the main part in the same way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The way in which they are cut off.
+    pub cut_off: CutOff,
+    /// The names of stations without a node in the main part; of a node if it has a role and is no
+    /// station's. In ascending order.
+    pub stations: Vec<String>,
+    /// The number of other nodes.
+    pub other_nodes: usize,
+}
+
+impl MainPart {
+    /// Returns the main part of a layout; `None` if it has no edge.
+    pub fn of(graph: &RouteGraph) -> Option<Self> {
+        let network = Network::new(graph);
+        let names = station_names(graph);
+        let left_out = left_out(graph, &parts(&network, &names));
+        Some(Self { graph: restricted(graph, &network)?, left_out })
+    }
+}
+
+fn left_out(graph: &RouteGraph, parts: &[Part]) -> Vec<LeftOut> {
+    let outside: BTreeSet<NodeIndex> = parts.iter().flat_map(|part| &part.nodes).copied().collect();
+    let mut of_nodes: BTreeMap<NodeIndex, Vec<String>> = BTreeMap::new();
+    let mut served = BTreeSet::new();
+    for station in graph.stations() {
+        served.extend(station.nodes.iter().copied());
+        if station.nodes.iter().all(|node| outside.contains(node)) {
+            for node in &station.nodes {
+                of_nodes.entry(*node).or_default().push(station.name.clone());
+            }
+        }
+    }
+    let mut found: BTreeMap<u8, LeftOut> = BTreeMap::new();
+    for part in parts {
+        let (stations, other_nodes) = (Vec::new(), 0);
+        let found = found.entry(part.cut_off as u8).or_insert(LeftOut {
+            cut_off: part.cut_off,
+            stations,
+            other_nodes,
+        });
+        for node in &part.nodes {
+            if let Some(names) = of_nodes.get(node) {
+                found.stations.extend_from_slice(names);
+            } else if part.stations.contains(node) && !served.contains(node) {
+                found.stations.push(node_name(graph.node(*node)));
+            } else {
+                found.other_nodes += 1;
+            }
+        }
+    }
+    let mut found: Vec<LeftOut> = found.into_values().collect();
+    for found in &mut found {
+        found.stations.sort();
+        found.stations.dedup();
+    }
+    found
+}
+
+fn node_name(node: &Node) -> String {
+    node.name().map_or_else(|| format!("node {}", node.id), str::to_owned)
+}
+
+/// Returns the roads of the main part; `None` if there are none.
+fn restricted(graph: &RouteGraph, network: &Network<'_>) -> Option<RouteGraph> {
+    let main = network.main_nodes();
+    let mut new_nodes = vec![None; graph.nodes().len()];
+    for (new, &old) in (0..).map(NodeIndex).zip(&main) {
+        new_nodes[old as usize] = Some(new);
+    }
+    let renamed = |node: NodeIndex| new_nodes[node.0 as usize];
+    let nodes = main.iter().map(|&node| graph.node(NodeIndex(node)).clone()).collect();
+    let (mut edges, mut new_edges) = (Vec::new(), BTreeMap::new());
+    for (old, edge) in (0..).map(EdgeIndex).zip(graph.edges()) {
+        if let (Some(origin), Some(destination)) = (renamed(edge.origin), renamed(edge.destination))
+        {
+            new_edges.insert(old, EdgeIndex(edges.len() as u32));
+            edges.push(Edge { origin, destination, ..edge.clone() });
+        }
+    }
+    if edges.is_empty() {
+        return None;
+    }
+    let stations = graph.stations().iter().map(|station| Station {
+        nodes: station.nodes.iter().filter_map(|&node| renamed(node)).collect(),
+        ..station.clone()
+    });
+    let stations = stations.filter(|station| !station.nodes.is_empty()).collect();
+    let zones = graph.zones().iter().map(|zone| Zone {
+        nodes: zone.nodes.iter().filter_map(|&node| renamed(node)).collect(),
+        edges: zone.edges.iter().filter_map(|edge| new_edges.get(edge).copied()).collect(),
+        ..zone.clone()
+    });
+    let zones = zones.filter(|zone| !(zone.nodes.is_empty() && zone.edges.is_empty())).collect();
+    Some(
+        RouteGraph::from_valid_parts(nodes, edges)
+            .with_origin(graph.origin())
+            .with_surroundings(stations, graph.background().to_vec())
+            .with_zones(zones),
+    )
+}
+
+impl fmt::Display for LeftOut {
+    /// Writes what is left out, and the reason: `` stations `S7`, `S8` and 2 other nodes, to which
+    /// no way leads``.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { cut_off, stations, other_nodes } = self;
+        if !stations.is_empty() {
+            let names = stations.iter().take(MOST_NAMES);
+            let names: Vec<String> = names.map(|name| format!("`{}`", shorten(name))).collect();
+            let noun = if stations.len() == 1 { "station" } else { "stations" };
+            write!(f, "{noun} {}", names.join(", "))?;
+            if let Some(more @ 1..) = stations.len().checked_sub(MOST_NAMES) {
+                write!(f, " (and {more} more)")?;
+            }
+        }
+        match (stations.is_empty(), other_nodes) {
+            (false, 0) => {}
+            (false, _) => write!(f, " and {}", plural(*other_nodes, "other node"))?,
+            (true, _) => f.write_str(&plural(*other_nodes, "node"))?,
+        }
+        f.write_str(match cut_off {
+            CutOff::CannotBeLeft => ", from which no way leads back",
+            CutOff::CannotBeReached => ", to which no way leads",
+            CutOff::Apart => ", to and from which no way leads",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::options::ReadOptions;
+    use crate::parse;
+
+    fn main_part(text: &str) -> Option<MainPart> {
+        let (graph, _) = parse(text, "plant.csv", &ReadOptions::default()).expect("a graph");
+        MainPart::of(&graph)
+    }
+
+    #[test]
+    fn what_cannot_take_part_is_left_out_by_name_and_reason() {
+        let text = "id,x,y,role\nA,0,0,pick\nB,10,0,drop\nS7,20,0,drop\nS8,0,9,drop\nX,30,0,\n\
+                    I,50,0,pick\nJ,60,0,drop\n\nfrom,to\nA,B\nB,A\nB,S7\nS8,A\nX,B\nI,J\nJ,I\n";
+        let MainPart { graph, left_out } = main_part(text).expect("a part");
+        let names: Vec<_> = graph.nodes().iter().filter_map(Node::name).collect();
+        assert_eq!((names, graph.edges().len()), (vec!["A", "B"], 2));
+        let said: Vec<String> = left_out.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            said,
+            [
+                "station `S7`, from which no way leads back",
+                "station `S8` and 1 other node, to which no way leads",
+                "stations `I`, `J`, to and from which no way leads",
+            ]
+        );
+    }
+
+    #[test]
+    fn the_part_with_the_stations_is_the_main_one_however_small() {
+        let roads = "A,B\nB,A\nC,D\nD,E\nE,C\n";
+        let ids = |roles: [&str; 2]| {
+            let [a, b] = roles;
+            format!("id,x,y,role\nA,0,0,{a}\nB,9,0,{b}\nC,0,5,\nD,9,5,\nE,5,9,\n\nfrom,to\n{roads}")
+        };
+        for (roles, nodes) in [(["pick", "drop"], 2), (["", ""], 3), (["transfer", "transfer"], 2)]
+        {
+            let part = main_part(&ids(roles)).expect("a part");
+            assert_eq!(part.graph.nodes().len(), nodes, "{roles:?}");
+        }
+    }
+
+    #[test]
+    fn a_layout_without_a_way_back_has_no_part() {
+        assert!(main_part("id,x,y\nA,0,0\nB,10,0\n\nfrom,to\nA,B\n").is_none());
+    }
+}

@@ -1,0 +1,95 @@
+//! A load for a layout without one: orders between its stations.
+
+use regatta_layout::{Role, RouteGraph};
+
+/// The stops of made-up orders, in the main part of a layout. Robots can drive between any two.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MadeUpLoad {
+    /// From a node to pick at to a node to drop at, by id.
+    Transports {
+        /// The nodes to pick at.
+        picks: Vec<u32>,
+        /// The nodes to drop at.
+        drops: Vec<u32>,
+    },
+    /// From one of these nodes of stations to the next, by id.
+    Stations(Vec<u32>),
+    /// From one of these nodes to the next, by id, since the layout names no stations.
+    Nodes(Vec<u32>),
+}
+
+impl MadeUpLoad {
+    /// Returns the load of the [main part](regatta_layout::traffic::MainPart) of a layout.
+    pub fn new(graph: &RouteGraph) -> Self {
+        let purposes = graph.purposes();
+        let with = |fits: fn(Role) -> bool| {
+            let nodes = graph.nodes().iter().zip(&purposes);
+            nodes.filter(|(_, role)| fits(**role)).map(|(node, _)| node.id).collect::<Vec<u32>>()
+        };
+        let (picks, drops) = (with(Role::is_pick), with(Role::is_drop));
+        if picks.iter().any(|pick| drops.iter().any(|drop| drop != pick)) {
+            return Self::Transports { picks, drops };
+        }
+        let stations = station_nodes(graph);
+        if stations.len() > 1 {
+            return Self::Stations(stations);
+        }
+        Self::Nodes(with(|role| role != Role::Charge))
+    }
+
+    /// The number of nodes with stations that it has; `None` if the layout names none.
+    pub fn stations(&self) -> Option<usize> {
+        match self {
+            Self::Transports { picks, drops } => {
+                let others = drops.iter().filter(|drop| !picks.contains(drop));
+                Some(picks.len() + others.count())
+            }
+            Self::Stations(nodes) => Some(nodes.len()),
+            Self::Nodes(_) => None,
+        }
+    }
+
+    /// The stops in words, as in 'each robot has an order, from …'.
+    pub fn words(&self) -> &'static str {
+        match self {
+            Self::Transports { .. } => "from stations to pick at to stations to drop at",
+            Self::Stations(_) => "from one station to the next",
+            Self::Nodes(_) => "from one node to the next, since the layout names no stations",
+        }
+    }
+
+    /// Returns the section `load` of a scenario in which every robot always has an order. If
+    /// nothing `is_left_out` of the layout, any node is as good as those that a load names.
+    pub fn section(&self, is_left_out: bool) -> String {
+        let mut text = format!("load:                               # {}\n", self.words());
+        let groups: &[(&str, &[u32])] = match self {
+            Self::Transports { picks, drops } => &[("pick", picks), ("drop", drops)],
+            Self::Stations(nodes) => &[("stations", nodes)],
+            Self::Nodes(nodes) if is_left_out => &[("nodes", nodes)],
+            Self::Nodes(_) => &[],
+        };
+        text += if groups.is_empty() { "" } else { "  groups:\n" };
+        for (name, nodes) in groups {
+            let ids: Vec<String> = nodes.iter().map(u32::to_string).collect();
+            text += &format!("    {name}: [{}]\n", ids.join(", "));
+        }
+        text += match self {
+            Self::Transports { .. } => "  from: pick\n  to: drop\n",
+            Self::Stations(_) => "  among: stations\n",
+            Self::Nodes(_) if is_left_out => "  among: nodes\n",
+            Self::Nodes(_) => "",
+        };
+        text + "  endless: robots                   # as many open orders as there are robots\n  \
+                dwell: {min: 5, max: 15}          # seconds at each stop\n"
+    }
+}
+
+/// Returns the ids of the nodes of stations, in ascending order of the nodes.
+fn station_nodes(graph: &RouteGraph) -> Vec<u32> {
+    let mut is_station = vec![false; graph.nodes().len()];
+    for node in graph.stations().iter().flat_map(|station| &station.nodes) {
+        is_station[node.0 as usize] = true;
+    }
+    let nodes = graph.nodes().iter().zip(is_station);
+    nodes.filter(|(_, is_station)| *is_station).map(|(node, _)| node.id).collect()
+}

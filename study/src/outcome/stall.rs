@@ -1,0 +1,187 @@
+//! Stalls: times of a run in which robots with orders made no progress, as the validator found
+//! them. A run with one isn't traffic.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// The largest number of robots that a text names.
+const MOST_NAMED: usize = 6;
+
+/// A kind of stall: a kind of finding of the validator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StallKind {
+    /// All robots with orders stood.
+    Standstill,
+    /// Robots with orders drove, some in circles, and none came to a stop.
+    Livelock,
+    /// A robot with an order stood while others drove.
+    Stuck,
+    /// A robot didn't finish its order for a long time.
+    Unserved,
+}
+
+/// A time in which robots with orders made no progress.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stall {
+    /// Its kind.
+    pub kind: StallKind,
+    /// Its beginning, in simulated seconds.
+    pub from_secs: f64,
+    /// Its end; `None` if it isn't known, or if it lasted to the end of the run.
+    pub until_secs: Option<f64>,
+    /// The robots.
+    pub robots: Vec<u32>,
+    /// The place of the first of them, in metres east and north.
+    pub place: Option<[f32; 2]>,
+    /// The robots that they waited for at the end of the run, as their manager says.
+    pub waits_for: BTreeMap<u32, u32>,
+}
+
+/// The validator's report, as far as stalls are in it.
+#[derive(Deserialize)]
+struct ReportEntry {
+    kinds: Vec<KindEntry>,
+}
+
+#[derive(Deserialize)]
+struct KindEntry {
+    kind: serde_json::Value,
+    examples: Vec<FindingEntry>,
+}
+
+#[derive(Deserialize)]
+struct FindingEntry {
+    time_secs: f64,
+    robots: Vec<u32>,
+    place: Option<[f32; 2]>,
+    value: Option<f64>,
+    duration_secs: Option<f64>,
+}
+
+/// Returns the stalls that the validator's report names, by kind, in the order of their
+/// beginnings.
+/// `waits_for` has the robot that each robot waited for at the end of the run, which took `secs`
+/// simulated seconds.
+///
+/// # Errors
+/// If it isn't a report.
+pub fn stalls(
+    report: serde_json::Value,
+    waits_for: &BTreeMap<u32, u32>,
+    secs: f64,
+) -> Result<Vec<Stall>, serde_json::Error> {
+    let report: ReportEntry = serde_json::from_value(report)?;
+    let mut stalls = Vec::new();
+    for KindEntry { kind, examples } in report.kinds {
+        let Ok(kind) = serde_json::from_value::<StallKind>(kind) else { continue };
+        // An order that waits for a robot is a matter of too few robots.
+        let of_robots = examples.into_iter().filter(|finding| !finding.robots.is_empty());
+        stalls.extend(of_robots.map(|finding| finding.stall(kind, waits_for, secs)));
+    }
+    stalls.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.from_secs.total_cmp(&b.from_secs)));
+    Ok(stalls)
+}
+
+impl FindingEntry {
+    fn stall(self, kind: StallKind, waits_for: &BTreeMap<u32, u32>, secs: f64) -> Stall {
+        let from_secs = self.time_secs - self.value.unwrap_or(0.0);
+        let until_secs = self.duration_secs.map(|duration_secs| from_secs + duration_secs);
+        // The validator looks once a second.
+        let until_secs = until_secs.filter(|until_secs| *until_secs < secs - 2.0);
+        let mut waits_for = waits_for.clone();
+        waits_for.retain(|robot, _| until_secs.is_none() && self.robots.contains(robot));
+        Stall { kind, from_secs, until_secs, robots: self.robots, place: self.place, waits_for }
+    }
+}
+
+impl fmt::Display for Stall {
+    /// Writes what happened to whom, and when.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, from_secs, robots, waits_for, .. } = self;
+        let names: Vec<String> = robots.iter().take(MOST_NAMED).map(u32::to_string).collect();
+        let noun = if robots.len() == 1 { "robot" } else { "robots" };
+        let more = match robots.len().saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let who = format!("{noun} {}{more}", names.join(", "));
+        let from = clock(*from_secs);
+        let until = match self.until_secs {
+            Some(until_secs) => format!("from {from} to {}", clock(until_secs)),
+            None => format!("from {from} on"),
+        };
+        match kind {
+            StallKind::Standstill => write!(f, "all robots with orders stand {until}: {who}")?,
+            StallKind::Livelock => write!(f, "robots drive {until} without any arrival: {who}")?,
+            StallKind::Stuck => write!(f, "{who} stands with an order {until}")?,
+            StallKind::Unserved => write!(f, "{who} doesn't finish an order {until}")?,
+        }
+        if let Some([x, y]) = self.place {
+            write!(f, " at ({x:.1}, {y:.1}) m")?;
+        }
+        let waits: Vec<String> = waits_for
+            .iter()
+            .take(MOST_NAMED)
+            .map(|(robot, other)| format!("{robot} waits for {other}"))
+            .collect();
+        if waits.is_empty() { Ok(()) } else { write!(f, " ({})", waits.join(", ")) }
+    }
+}
+
+/// Returns a time as minutes and seconds.
+fn clock(secs: f64) -> String {
+    let secs = secs.round().max(0.0) as u64;
+    format!("{}:{:02} min", secs / 60, secs % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn report() -> serde_json::Value {
+        let finding = |time_secs: f64, robots: &[u32], value: f64, duration_secs: Option<f64>| {
+            json!({
+                "tick": 0, "time_secs": time_secs, "robots": robots, "place": [1.0, 2.5],
+                "value": value, "limit": 1.0, "duration_secs": duration_secs, "note": "",
+            })
+        };
+        json!({"kinds": [
+            {"kind": "contact", "count": 0, "examples": []},
+            {"kind": "unserved", "count": 2, "examples": [
+                finding(1200.0, &[], 1200.0, None), finding(1300.0, &[3], 1200.0, None),
+            ]},
+            {"kind": "standstill", "count": 2, "examples": [
+                finding(400.0, &[0, 1], 300.0, Some(320.0)),
+                finding(1500.0, &[0, 1], 300.0, Some(600.0)),
+            ]},
+        ]})
+    }
+
+    #[test]
+    fn a_report_has_stalls_with_robots_times_and_reasons() {
+        let waits_for = BTreeMap::from([(0, 1), (1, 0), (7, 0)]);
+        let stalls = stalls(report(), &waits_for, 1800.0).expect("a report");
+        let said: Vec<String> = stalls.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            said,
+            [
+                "all robots with orders stand from 1:40 min to 7:00 min: robots 0, 1 at (1.0, \
+                 2.5) m",
+                "all robots with orders stand from 20:00 min on: robots 0, 1 at (1.0, 2.5) m (0 \
+                 waits for 1, 1 waits for 0)",
+                "robot 3 doesn't finish an order from 1:40 min on at (1.0, 2.5) m",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_report_without_stalls_has_none() {
+        let report = json!({"kinds": [{"kind": "idle", "count": 0, "examples": []}]});
+        assert_eq!(stalls(report, &BTreeMap::new(), 60.0).expect("a report"), []);
+    }
+}

@@ -1,0 +1,188 @@
+//! The first sentences of the page: the answer, and what restricts it.
+
+use std::fmt::Write as _;
+
+use crate::answer::{Answer, KneeAnswer, VariantAnswer};
+use crate::plan::robots_in_words;
+use crate::statistics::Interval;
+
+/// The largest number of stalls of a variant that are told; `study.json` has all.
+const MOST_STALLS: usize = 4;
+
+/// The answer for a variant, in one sentence or two.
+pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
+    let name = prefix(variant);
+    match &variant.knee {
+        Some(knee) => format!("{name}{}", of_knee(answer, variant, knee)),
+        None => format!("{name}{}", without_knee(variant)),
+    }
+}
+
+/// The name of a variant as the beginning of a sentence; empty if there are no others.
+fn prefix(variant: &VariantAnswer) -> String {
+    if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) }
+}
+
+fn without_knee(variant: &VariantAnswer) -> String {
+    if let Some(reason) = variant.failure() {
+        return format!("no run has succeeded: {reason}.");
+    }
+    match least_stalled(variant) {
+        Some(robots) => format!(
+            "not known: robots stopped making progress already with {}, so that no number of \
+             robots that was tried is an answer.",
+            robots_in_words(robots)
+        ),
+        None => "nothing was carried: no order was finished.".to_owned(),
+    }
+}
+
+fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> String {
+    let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from } = knee;
+    let count = robots_in_words(*robots);
+    let carries = if *robots == 1 { "carries" } else { "carry" };
+    if !is_known(orders_per_hour) {
+        return format!(
+            "not known: {count} {carries} {} orders an hour, which is no more precise with {} \
+             seeds. Give a longer --duration or more --seeds.",
+            with_interval(orders_per_hour),
+            orders_per_hour.values
+        );
+    }
+    let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour));
+    if let Some(stalls_from) = stalls_from {
+        let stalls_from = robots_in_words(*stalls_from);
+        return format!(
+            "{count}, which {throughput}. With {stalls_from}, robots stop making progress: no \
+             larger fleet is an answer."
+        );
+    }
+    if *is_open {
+        return of_open_end(variant, &count, &throughput, *robots);
+    }
+    let part = answer.method.knee * 100.0;
+    let half = match half < robots {
+        true => format!(" Up to {half}, each more brings at least half of that."),
+        false => String::new(),
+    };
+    format!(
+        "{count}, which {throughput}. More bring less than {part:.0} % each of what one brings \
+         alone.{half}"
+    )
+}
+
+/// The answer if the largest number of robots carries the most.
+fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
+    let more = variant.failed.iter().find(|(failed, _)| *failed > robots);
+    match (more, variant.points.len()) {
+        (Some((failed, reason)), _) => format!(
+            "{count}, which {throughput}. More would carry more, but with {failed}, runs fail: \
+             {reason}."
+        ),
+        (None, 1) => format!("{count} {throughput}. No other number of robots was tried."),
+        (None, _) => format!(
+            "more than {count}. {} {throughput}, and more would carry more.",
+            if robots == 1 { "One".to_owned() } else { robots.to_string() }
+        ),
+    }
+}
+
+/// Whether an interval is no wider than its value.
+fn is_known(interval: &Interval) -> bool {
+    interval.is_within(1.0)
+}
+
+/// The least number of robots that stalled in a run.
+fn least_stalled(variant: &VariantAnswer) -> Option<u32> {
+    let stalled = variant.points.iter().find(|point| point.stalled().next().is_some());
+    stalled.map(|point| point.robots)
+}
+
+/// What restricts the answer: stations that didn't take part, runs that stalled, and orders that
+/// waited for long.
+pub(super) fn caveats(answer: &Answer) -> Vec<String> {
+    let mut caveats = Vec::new();
+    for variant in &answer.variants {
+        let name = prefix(variant);
+        for part in &variant.left_out {
+            caveats.push(format!("{name}**Left out**: {part}."));
+        }
+        caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
+        if variant.unserved > 0 {
+            caveats.push(format!(
+                "{name}**Late orders**: {} orders waited for over 20 minutes, or weren't finished \
+                 in that time.",
+                variant.unserved
+            ));
+        }
+    }
+    caveats
+}
+
+/// Tells the stalls of a variant, those of the fewest robots first.
+fn stalls(variant: &VariantAnswer) -> Option<String> {
+    let runs: usize = variant.points.iter().map(|point| point.runs.len()).sum();
+    let stalled: usize = variant.points.iter().map(|point| point.stalled().count()).sum();
+    if stalled == 0 {
+        return None;
+    }
+    let mut text = format!(
+        "**No progress** in {stalled} of {runs} runs, which don't count for the answer; robots are \
+         named by their ids."
+    );
+    let mut told = 0;
+    for point in &variant.points {
+        for run in point.stalled().take(MOST_STALLS - told) {
+            let Some(stall) = run.stalls.first() else { continue };
+            let robots = robots_in_words(point.robots);
+            // Writing to a `String` never fails.
+            let _ = write!(text, " With {robots}, seed {}: {stall}.", run.seed);
+            told += 1;
+        }
+    }
+    match stalled - told {
+        0 => Some(text),
+        more => Some(format!("{text} And in {more} more runs: `study.json` has all.")),
+    }
+}
+
+/// The contacts and other findings of the validator.
+pub(super) fn safety(answer: &Answer) -> String {
+    let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
+    let others: u64 = answer.variants.iter().map(|variant| variant.other_findings).sum();
+    let points = answer.variants.iter().flat_map(|variant| &variant.points);
+    let runs: usize = points.map(|point| point.runs.len()).sum();
+    let others = match others {
+        0 => "no other findings".to_owned(),
+        1 => "1 other finding".to_owned(),
+        count => format!("{count} other findings"),
+    };
+    match contacts {
+        0 => format!(
+            "No robot touched another in {runs} runs, as an independent validator judged them; \
+             {others}."
+        ),
+        count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
+    }
+}
+
+/// Returns a mean with half of its interval, or says that it isn't known.
+pub(super) fn orders_in_words(interval: &Interval) -> String {
+    let value = with_interval(interval);
+    // A fleet that carries nothing in every run carries nothing.
+    if is_known(interval) || interval.relative() == Some(0.0) {
+        value
+    } else {
+        format!("not known ({value})")
+    }
+}
+
+/// Returns a mean with half of its interval.
+fn with_interval(interval: &Interval) -> String {
+    let Interval { mean, half_width, .. } = interval;
+    let decimals = if *mean < 100.0 { 1 } else { 0 };
+    match half_width {
+        Some(half_width) => format!("{mean:.decimals$} ± {half_width:.decimals$}"),
+        None => format!("{mean:.decimals$}"),
+    }
+}
