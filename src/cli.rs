@@ -203,7 +203,7 @@ pub fn print_usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    eprintln!("regatta: {}; --help lists all commands and options", usage_line(error));
+    regatta_plugin::tell!("regatta: {}; --help lists all commands and options", usage_line(error));
     ExitCode::from(2)
 }
 

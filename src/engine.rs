@@ -112,13 +112,13 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     let scenario = scenario::load(args.scenario.as_deref(), demo, &args.options.overrides())?;
     // The engine of `regatta run` prints this, too.
     if scenario.is_default {
-        eprintln!(
+        regatta_plugin::tell!(
             "this is a layout without a scenario: a fleet with made-up orders is used; `regatta \
              new` writes the scenario to a file"
         );
     }
     for warning in &scenario.warnings {
-        eprintln!("{warning}");
+        regatta_plugin::tell!("{warning}");
     }
     let shared = args.options;
     shared.scheduling.apply()?;
@@ -139,7 +139,7 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     if let Some(digest) = summary.digest {
         println!("{digest:032x}");
     }
-    eprintln!(
+    regatta_plugin::tell!(
         "{} ticks, {:.2} s simulated in {:.2} s, {} late",
         summary.ticks,
         summary.sim_time.as_secs_f64(),

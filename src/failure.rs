@@ -12,9 +12,9 @@ pub fn plugin_failure(error: regatta_plugin::Error) -> Failure {
 
 /// Prints an error in one line, followed by its sources if `verbose`.
 pub fn print_failure(failure: &(dyn std::error::Error + 'static), verbose: bool) {
-    eprintln!("regatta: {failure}");
+    regatta_plugin::tell!("regatta: {failure}");
     let causes = std::iter::successors(failure.source(), |cause| cause.source());
     for cause in causes.take_while(|_| verbose) {
-        eprintln!("  because: {cause}");
+        regatta_plugin::tell!("  because: {cause}");
     }
 }

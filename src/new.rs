@@ -6,11 +6,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use regatta_layout::RouteGraph;
+use regatta_layout::traffic::{Certificate, MainPart, RobotType};
 use regatta_scenario::default_scenario;
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
 use crate::output::{Force, check_file, unwritable, with_plural, write_file};
+
+/// The most edges of a layout whose traffic is examined, which takes some seconds then.
+const MOST_EXAMINED: usize = 150_000;
+/// The largest number of remarks about one topic.
+const MOST_REMARKS: usize = 3;
 
 #[derive(Args)]
 pub struct NewArgs {
@@ -84,6 +90,11 @@ fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
     let folder = folder.display();
     let warnings = with_plural(warnings, "warning");
     println!("{folder}: {}; {warnings} (`regatta graph check` lists them)", counts(graph));
+    if let Some(main) = MainPart::of(graph) {
+        for part in &main.left_out {
+            println!("{folder}: left out of the orders: {part}");
+        }
+    }
     println!("regatta run {folder}/scenario.yaml");
 }
 
@@ -100,16 +111,30 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
         "# {name}\n\n\
          A layout of {}, and a scenario for it.\n\n\
          ```console\n\
-         $ regatta run scenario.yaml                # robots on random routes, with the collision \
-         checker\n\
-         $ regatta graph check {plant}     # the parts of the layout that can't be read or driven\n\
+         $ regatta run scenario.yaml                # a fleet that carries made-up orders\n\
+         $ regatta graph check {plant} --traffic     # what can't be read, and what robots can't \
+         do\n\
          $ regatta graph draw {plant} -o map.svg\n\
          ```\n\n\
-         `scenario.yaml` has the robot types (size, speed, acceleration, rotation) and the number \
-         of robots: change them to\n\
-         those of your plant.\n",
+         `scenario.yaml` has the robot types (size, speed, acceleration, rotation), the number of \
+         robots and the load:\n\
+         change them to those of your plant.\n{}",
         counts(graph),
+        allowed(graph)
     )
+}
+
+/// Returns a section on what the layout allows robots.
+fn allowed(graph: &RouteGraph) -> String {
+    if graph.edges().len() > MOST_EXAMINED {
+        return String::new();
+    }
+    let certificate = Certificate::new(graph, &RobotType::default());
+    let mut text = String::from("\n## What the layout allows robots of 0.9 m × 0.6 m\n\n");
+    for sentence in certificate.sentences(graph, MOST_REMARKS) {
+        text += &format!("- {sentence}\n");
+    }
+    text
 }
 
 /// Returns a word for a shell.

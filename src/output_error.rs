@@ -4,7 +4,6 @@
 //! a panic message.
 
 use std::any::Any;
-use std::io::Write;
 use std::process::ExitCode;
 
 /// The exit code that a shell reports for a program that `SIGPIPE` ended.
@@ -33,7 +32,7 @@ pub fn exit_code(panic: &(dyn Any + Send)) -> ExitCode {
         return ExitCode::from(SIGPIPE_EXIT_CODE);
     }
     // Standard error itself may be the stream that can't be written to.
-    let _ = writeln!(std::io::stderr(), "regatta: can't write to {reason}");
+    regatta_plugin::tell!("regatta: can't write to {reason}");
     ExitCode::FAILURE
 }
 

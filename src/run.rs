@@ -102,12 +102,12 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     match scenario.viewer {
         Viewer::Off => {}
         Viewer::Auto if !HAS_VIEWER => {
-            eprintln!(
+            regatta_plugin::tell!(
                 "regatta: built without the feature 'viewer'; the run continues without a viewer"
             );
         }
         Viewer::Auto if !has_display() => {
-            eprintln!("regatta: no display; the run continues without a viewer")
+            regatta_plugin::tell!("regatta: no display; the run continues without a viewer")
         }
         Viewer::Auto | Viewer::On => {
             supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario)?)?;
@@ -117,7 +117,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let required = Required { engine_pid: engine, viewer: scenario.viewer == Viewer::On };
     let mut success = watch(&mut supervisor, &required, &args, &termination)?;
     for failure in supervisor.stop() {
-        eprintln!("regatta: {failure}");
+        regatta_plugin::tell!("regatta: {failure}");
         success = false;
     }
     Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -226,7 +226,7 @@ fn report_ended(children: &[EndedChild], required: &Required) -> (bool, bool) {
         // itself.
         success &= child.name == VIEWER && !is_required;
         let consequence = if is_required { "" } else { "; the run continues without it" };
-        eprintln!("regatta: {failure}{consequence}");
+        regatta_plugin::tell!("regatta: {failure}{consequence}");
     }
     (over, success)
 }
@@ -274,7 +274,10 @@ fn watch(
             next_line = (next_line + STATUS_INTERVAL).max(Instant::now());
         }
         if !answered && started.elapsed() > START_TIMEOUT {
-            eprintln!("regatta: the engine did not respond within {} s", START_TIMEOUT.as_secs());
+            regatta_plugin::tell!(
+                "regatta: the engine did not respond within {} s",
+                START_TIMEOUT.as_secs()
+            );
             return Ok(false);
         }
         std::thread::sleep(POLL_INTERVAL);

@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if error.use_stderr() => {
-            eprintln!(
+            regatta_plugin::tell!(
                 "regatta-bench: {}; --help lists all commands and options",
                 usage_line(&error)
             );
@@ -61,7 +61,7 @@ fn main() -> ExitCode {
     match std::panic::catch_unwind(|| run(&cli)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => {
-            eprintln!("regatta-bench: {failure}");
+            regatta_plugin::tell!("regatta-bench: {failure}");
             ExitCode::FAILURE
         }
         Err(panic) if output_error::caused(&*panic) => output_error::exit_code(&*panic),

@@ -124,7 +124,7 @@ pub fn run(program: &Program, args: &ManagementArgs) -> Result<ExitCode, Failure
     args.output.write(&Report { name: "management", markdown, json, plot })?;
     let (failed, contacts) = (results.failed.len(), results.contacts());
     if failed > 0 || contacts > 0 {
-        eprintln!(
+        regatta_plugin::tell!(
             "regatta-bench: {failed} runs failed, and robots touched {contacts} times; the report \
              lists them"
         );

@@ -32,7 +32,7 @@ pub fn run(
 
 fn print_losses(format: Format, losses: &[impl Display]) {
     for loss in losses {
-        eprintln!("regatta: {format} can't express everything: {loss}");
+        regatta_plugin::tell!("regatta: {format} can't express everything: {loss}");
     }
 }
 
@@ -48,14 +48,14 @@ pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Fa
     let written =
         write(&graph, format).ok_or_else(|| format!("graphs can't be written as {format}"))?;
     for fix in &fixes {
-        eprintln!("regatta: {fix}");
+        regatta_plugin::tell!("regatta: {fix}");
     }
     if fixes.is_empty() {
-        eprintln!("regatta: {}: nothing to fix", file.name());
+        regatta_plugin::tell!("regatta: {}: nothing to fix", file.name());
     }
     // The copy lacks everything that the reader didn't understand.
     for finding in findings.as_slice() {
-        eprintln!("{finding}");
+        regatta_plugin::tell!("{finding}");
     }
     print_losses(format, &written.losses);
     output.write(&written.text, force)

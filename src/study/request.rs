@@ -150,7 +150,7 @@ fn variants(
         left_out.extend(variant.left_out.iter().map(|part| (&variant.file, part)));
     }
     for (file, part) in left_out {
-        eprintln!("{}: warning: left out: {part}", file.display());
+        regatta_plugin::tell!("{}: warning: left out: {part}", file.display());
     }
     Ok(variants)
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
+use crate::certificate::certificate;
 use crate::outcome::{EdgeOutcome, Stall};
 use crate::plan::{Plan, Precision, Variant};
 use crate::statistics::Interval;
@@ -17,6 +18,8 @@ pub struct Answer {
     pub program: String,
     /// The method of the study.
     pub method: Method,
+    /// What the roads of the first variant allow its robots, in sentences.
+    pub certificate: Vec<String>,
     /// The variants. The others are compared with the first.
     pub variants: Vec<VariantAnswer>,
     /// The comparisons of the other variants with the first one.
@@ -167,7 +170,8 @@ impl Answer {
             }
         }
         let (title, program) = (plan.title.clone(), plan.program.clone());
-        Self { title, program, method, variants, comparisons, bottlenecks, edges }
+        let certificate = plan.variants.first().map(certificate).unwrap_or_default();
+        Self { title, program, method, certificate, variants, comparisons, bottlenecks, edges }
     }
 }
 

@@ -3,13 +3,14 @@
 //! A [`plan`] makes [`job`]s: self-contained files that [`workers`] turn into [`outcome`]s on any
 //! machine. The [`store`] keeps them. The [`sweep`] selects the next jobs by the outcomes so far,
 //! and [`conduct`] drives it. The [`answer`] summarises the outcomes by [`statistics`] and
-//! [`bottleneck`]s, and the [`page`] shows it.
+//! [`bottleneck`]s, with the [`certificate`] of the layout, and the [`page`] shows it.
 //!
 //! The next jobs depend on finished rounds alone, never on the order in which runs end, so the same
 //! study gives the same answer on any machine.
 
 pub mod answer;
 pub mod bottleneck;
+pub mod certificate;
 pub mod conduct;
 pub mod job;
 pub mod outcome;

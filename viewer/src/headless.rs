@@ -192,7 +192,7 @@ impl HeadlessViewer<'_> {
         if repeats > 0 {
             let fps = self.options.fps;
             let verb = if repeats == 1 { "is a repeat" } else { "are repeats" };
-            eprintln!(
+            regatta_plugin::tell!(
                 "{repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
                  `regatta record`, then `regatta viewer FILE --film`, repeats none",
                 with_plural(pictures.into(), "picture")

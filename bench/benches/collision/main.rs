@@ -35,7 +35,7 @@ fn frames(criterion: &mut Criterion) {
                 bencher.iter(|| detector.update(&fleet.input()));
             });
             let (pairs, events) = (detector.contacts().len(), detector.events().len());
-            eprintln!("{robots}: {pairs} pairs, {events} events, capped {}", detector.is_capped());
+            println!("{robots}: {pairs} pairs, {events} events, capped {}", detector.is_capped());
         }
     }
 }
@@ -56,7 +56,7 @@ fn baselines(criterion: &mut Criterion) {
                 bencher.iter(|| count(fleet.input().columns));
             });
             let input = fleet.input();
-            eprintln!("{robots}: {} pairs, detector {}", count(input.columns), touching(&input));
+            println!("{robots}: {} pairs, detector {}", count(input.columns), touching(&input));
         }
     }
 }

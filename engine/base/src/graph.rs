@@ -55,6 +55,10 @@ impl<T> Ends<T> {
 /// through without a turn: 5°.
 pub const SMOOTH_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
+/// The speed in metres per second below which a leg is no way: a centimetre a second. Files have
+/// such speeds for gears that robots don't use.
+pub const CRAWL: f64 = 0.01;
+
 /// The way in which robots turn on the spot at an end of an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "lowercase")]

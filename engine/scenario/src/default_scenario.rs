@@ -19,6 +19,10 @@ const MOST_ROBOTS: f64 = 1000.0;
 /// The most edges of a layout whose traffic is examined, which takes some seconds then.
 const MOST_EXAMINED: usize = 30_000;
 
+/// The side of the largest square robot that turns in a cell without leaving it, with some room, as
+/// a part of the cell's length.
+const PART_OF_CELL: f64 = 0.6;
+
 /// The part of the robots that can be under way, of which as many fit without a jam as a rule.
 const PART_UNDER_WAY: f64 = 0.25;
 
@@ -36,15 +40,16 @@ pub fn default_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
         text += "# The vehicle types of the layout: complete their sizes and limits. Robots are of \
                  the first.\n";
     }
+    let size = size(graph, options);
     let names = if names.is_empty() {
         vec!["amr".to_owned()]
     } else {
         names.iter().map(|name| quoted(name)).collect()
     };
     for name in &names {
-        text += &robot_type(name, options);
+        text += &robot_type(name, size);
     }
-    text + &fleet(graph, size(options))
+    text + &fleet(graph, size)
 }
 
 /// Returns the robots, their orders and the plugins.
@@ -53,9 +58,12 @@ fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
         let robots = by_length(graph) as u32;
         return format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
     };
-    let load = MadeUpLoad::new(&main.graph);
+    let mut load = MadeUpLoad::new(&main.graph);
     let robots = robots(&main, &load, [length, width]);
-    let load = load.section(!main.left_out.is_empty());
+    if !main.left_out.is_empty() {
+        load = load.named(&main.graph);
+    }
+    let load = load.section();
     let mut left_out = String::new();
     for part in &main.left_out {
         left_out += &format!("# Left out: {part}.\n");
@@ -105,8 +113,7 @@ fn vehicle_types(graph: &RouteGraph, options: &ReadOptions) -> Vec<String> {
 }
 
 /// Returns a robot type of a scenario.
-fn robot_type(name: &str, options: &ReadOptions) -> String {
-    let [length, width] = size(options);
+fn robot_type(name: &str, [length, width]: [f64; 2]) -> String {
     format!(
         "- name: {name}\n  \
            length: {length:<26}# metres\n  \
@@ -119,10 +126,27 @@ fn robot_type(name: &str, options: &ReadOptions) -> String {
 }
 
 /// Returns the length and the width of robots in metres: as wide as a roadmap was made for, if the
-/// layout is one.
-fn size(options: &ReadOptions) -> [f64; 2] {
+/// layout is one, and small enough to turn in a cell, if it is a grid of cells.
+fn size(graph: &RouteGraph, options: &ReadOptions) -> [f64; 2] {
     let width_mm = options.skeleton.map_or(600.0, |width| f64::from(width.0));
-    [1.5 * width_mm, width_mm].map(|side| side / 1000.0)
+    let most = cell_length(graph).map_or(f64::INFINITY, |length| PART_OF_CELL * length);
+    [1.5 * width_mm, width_mm].map(|side| (side / 1000.0).min(most))
+}
+
+/// Returns the length of a cell in metres if the layout is a grid of cells: all edges are equally
+/// long, and lead along an axis.
+fn cell_length(graph: &RouteGraph) -> Option<f64> {
+    let mut length = None;
+    for edge in graph.edges() {
+        let along = graph.node(edge.destination).position - graph.node(edge.origin).position;
+        let metres = along.abs().max_element();
+        let is_same = length.is_none_or(|length: f64| (length - metres).abs() < 1e-6);
+        if along.abs().min_element() > 1e-6 || !is_same {
+            return None;
+        }
+        length = Some(metres);
+    }
+    length
 }
 
 fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {
@@ -223,6 +247,36 @@ mod tests {
             scenario.is_default
                 && !scenario.warnings.iter().any(|line| line.contains("max_rotation_speed"))
         );
+    }
+
+    #[test]
+    fn a_layout_gets_a_managed_fleet_that_it_can_hold() {
+        let text = "id,x,y,role\nA,0,0,pick\nB,20,0,\nC,20,20,drop\nD,0,20,\nI,50,50,drop\n\n\
+                    from,to\nA,B\nB,C\nC,D\nD,A\n";
+        let scenario = Scenario::from_text(text, Path::new("t.csv"), &Overrides::default());
+        let scenario = scenario.expect("a scenario");
+        let plugins: Vec<_> = scenario.plugins.iter().map(|plugin| &*plugin.name).collect();
+        assert_eq!(plugins, ["fleet-manager", "collision", "traffic"]);
+        assert_eq!(scenario.robots(), 1);
+        let text = scenario.source.text();
+        assert!(
+            text.contains("    pick: [1]\n    drop: [3]\n  from: pick\n  to: drop\n"),
+            "{text}"
+        );
+        assert!(
+            text.contains("# Left out: station `I`, to and from which no way leads.\n"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn robots_fit_into_the_cells_of_a_grid() {
+        let text = "type octile\nheight 4\nwidth 4\nmap\n....\n....\n....\n....\n";
+        let scenario = Scenario::from_text(text, Path::new("t.map"), &Overrides::default());
+        let scenario = scenario.expect("a scenario");
+        let robot_type = &scenario.robot_types[0];
+        assert_eq!([robot_type.length, robot_type.width], [0.6, 0.6]);
+        assert!((1..=4).contains(&scenario.robots()), "{}", scenario.robots());
     }
 
     #[test]

@@ -16,6 +16,8 @@ pub enum MadeUpLoad {
     Stations(Vec<u32>),
     /// From one of these nodes to the next, by id, since the layout names no stations.
     Nodes(Vec<u32>),
+    /// From any node that isn't a charger to the next, as in a load without groups.
+    AnyNode,
 }
 
 impl MadeUpLoad {
@@ -34,7 +36,11 @@ impl MadeUpLoad {
         if stations.len() > 1 {
             return Self::Stations(stations);
         }
-        Self::Nodes(with(|role| role != Role::Charge))
+        // Chargers are stops only where there are hardly other nodes.
+        match purposes.iter().filter(|role| **role != Role::Charge).count() {
+            0 | 1 => Self::Nodes(with(|_| true)),
+            _ => Self::AnyNode,
+        }
     }
 
     /// The number of nodes with stations that it has; `None` if the layout names none.
@@ -45,7 +51,7 @@ impl MadeUpLoad {
                 Some(picks.len() + others.count())
             }
             Self::Stations(nodes) => Some(nodes.len()),
-            Self::Nodes(_) => None,
+            Self::Nodes(_) | Self::AnyNode => None,
         }
     }
 
@@ -54,20 +60,34 @@ impl MadeUpLoad {
         match self {
             Self::Transports { .. } => "from stations to pick at to stations to drop at",
             Self::Stations(_) => "from one station to the next",
-            Self::Nodes(_) => "from one node to the next, since the layout names no stations",
+            Self::Nodes(_) | Self::AnyNode => {
+                "from one node to the next, since the layout names no stations"
+            }
         }
     }
 
-    /// Returns the section `load` of a scenario in which every robot always has an order. If
-    /// nothing `is_left_out` of the layout, any node is as good as those that a load names.
-    pub fn section(&self, is_left_out: bool) -> String {
-        let mut text = format!("load:                               # {}\n", self.words());
+    /// Names the nodes of [`AnyNode`](Self::AnyNode), for a layout that has more than the graph.
+    #[must_use]
+    pub fn named(self, graph: &RouteGraph) -> Self {
+        match self {
+            Self::AnyNode => {
+                let nodes = graph.nodes().iter().zip(graph.purposes());
+                let nodes = nodes.filter(|(_, role)| *role != Role::Charge);
+                Self::Nodes(nodes.map(|(node, _)| node.id).collect())
+            }
+            named => named,
+        }
+    }
+
+    /// Returns the section `load` of a scenario in which every robot always has an order.
+    pub fn section(&self) -> String {
         let groups: &[(&str, &[u32])] = match self {
             Self::Transports { picks, drops } => &[("pick", picks), ("drop", drops)],
             Self::Stations(nodes) => &[("stations", nodes)],
-            Self::Nodes(nodes) if is_left_out => &[("nodes", nodes)],
-            Self::Nodes(_) => &[],
+            Self::Nodes(nodes) => &[("nodes", nodes)],
+            Self::AnyNode => &[],
         };
+        let mut text = format!("load:                               # {}\n", self.words());
         text += if groups.is_empty() { "" } else { "  groups:\n" };
         for (name, nodes) in groups {
             let ids: Vec<String> = nodes.iter().map(u32::to_string).collect();
@@ -76,8 +96,8 @@ impl MadeUpLoad {
         text += match self {
             Self::Transports { .. } => "  from: pick\n  to: drop\n",
             Self::Stations(_) => "  among: stations\n",
-            Self::Nodes(_) if is_left_out => "  among: nodes\n",
-            Self::Nodes(_) => "",
+            Self::Nodes(_) => "  among: nodes\n",
+            Self::AnyNode => "",
         };
         text + "  endless: robots                   # as many open orders as there are robots\n  \
                 dwell: {min: 5, max: 15}          # seconds at each stop\n"

@@ -126,13 +126,15 @@
 //! Without the default feature `shared-memory` there are local fleets alone. That compiles for any
 //! target of Rust, for example `wasm32-unknown-unknown`.
 
-/// Writes a line to standard error, as `eprintln!` does, but continues if it can't be read any
-/// more: a plugin whose terminal or log was closed still serves its fleet.
+/// Writes a line to standard error, as `eprintln!` does, but all at once, so that the lines of
+/// several processes don't mix, and continues if it can't be read any more: a plugin whose terminal
+/// or log was closed still serves its fleet.
 #[macro_export]
 macro_rules! tell {
     ($($line:tt)*) => {{
         use ::std::io::Write as _;
-        let _ = ::std::writeln!(::std::io::stderr(), $($line)*);
+        let line = ::std::format!("{}\n", ::std::format_args!($($line)*));
+        let _ = ::std::io::stderr().write_all(line.as_bytes());
     }};
 }
 

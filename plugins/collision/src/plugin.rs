@@ -224,7 +224,8 @@ impl Plugin for CollisionPlugin {
         if self.last.is_none_or(|(run, _)| run != frame.run_id()) {
             self.begin_run(frame)?;
         }
-        if let Some(line) = self.skips.note(frame) {
+        let began = Instant::now();
+        if let Some(line) = self.skips.note(frame, began) {
             tell!("collision: {line}");
         }
         let Some(ports) = &mut self.ports else { return Ok(()) };
@@ -246,6 +247,7 @@ impl Plugin for CollisionPlugin {
             requests.ask(self.detector.routes(), frame, self.detector.contacts());
         }
         self.publish(frame)?;
+        self.skips.note_work(began.elapsed());
         self.report_limits();
         self.last = Some((run_id, sim_time_nanos));
         if frame.header().clock == ClockState::Stopped as u32 {
@@ -266,9 +268,9 @@ impl Plugin for CollisionPlugin {
         self.end_run();
         if self.skips.count() > 0 {
             tell!(
-                "collision: {} frames of the last run were skipped: the plugin is too slow for \
-                 this fleet",
-                self.skips.count()
+                "collision: {} frames of the last run were skipped: {}",
+                self.skips.count(),
+                self.skips.reason()
             );
         }
         if let Some(log) = self.log.as_ref().filter(|log| log.lost() > 0) {

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec2, vec2};
 use regatta_base::cores;
+use regatta_base::graph::CRAWL;
 use regatta_base::rows::Rows;
 use regatta_base::sweep::{BodyHeading, Footprint, Sweep, angle_between};
 use regatta_plugin::World;
@@ -392,14 +393,15 @@ fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
     (classes, footprints)
 }
 
-/// Returns the legs that leave each node, in ascending order.
+/// Returns the legs that leave each node, in ascending order, without those that are slower than a
+/// [crawl](CRAWL).
 fn exits(edges: &[Road], nodes: usize) -> Rows<Leg> {
     let mut legs = Vec::with_capacity(edges.len());
     for (index, edge) in (0..).zip(edges) {
-        if edge.speed > 0.0 {
+        if edge.speed >= CRAWL as f32 {
             legs.push((edge.origin, Leg::new(index, false)));
         }
-        if edge.reverse_speed > 0.0 {
+        if edge.reverse_speed >= CRAWL as f32 {
             legs.push((edge.destination, Leg::new(index, true)));
         }
     }

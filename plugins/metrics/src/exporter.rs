@@ -1,7 +1,7 @@
 //! The plugin: reads every frame, serves the page and writes the CSV file.
 
 use std::ffi::OsString;
-use std::io::{self, Write};
+
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -86,7 +86,7 @@ impl Cli {
 
 /// Prints a line to standard error. A closed standard error isn't a reason to stop.
 fn report(line: impl std::fmt::Display) {
-    let _ = writeln!(io::stderr(), "metrics: {line}");
+    regatta_plugin::tell!("metrics: {line}");
 }
 
 /// The state that the threads share: the one that reads frames, the one that serves pages, and the

@@ -24,6 +24,11 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
         blocks.extend(comparison_blocks(answer, comparison));
     }
     blocks.extend(waiting(answer, base));
+    if !answer.certificate.is_empty() {
+        blocks
+            .push(Block::Heading(2, format!("{}What the layout allows", first_of_several(answer))));
+        blocks.extend(answer.certificate.iter().cloned().map(Block::Text));
+    }
     blocks.push(Block::Heading(2, "Method".to_owned()));
     blocks.extend(method(answer).map(Block::Text));
     blocks
@@ -207,7 +212,7 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     };
     let of = first_of_several(answer);
     let mut blocks =
-        vec![Block::Heading(2, format!("{of}Where {} wait", robots_in_words(knee.robots)))];
+        vec![Block::Heading(2, format!("{of}Waiting, with {}", robots_in_words(knee.robots)))];
     if answer.bottlenecks.is_empty() {
         blocks.push(Block::Text("Nowhere: no robot stood and waited for another one.".to_owned()));
         return blocks;

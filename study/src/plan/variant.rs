@@ -25,6 +25,9 @@ const PLANNER: &str = "--planner";
 /// Gives orders in turn. Without it, robots pick the nearest of an endless load, and far ones are
 /// never served.
 const IN_TURN: &str = "--in-turn";
+/// The engine's key of the length of a robot type, and its length and width without one, in metres.
+const LENGTH: &str = "length";
+const DEFAULT_SIZE: [f64; 2] = [0.9, 0.6];
 /// The width in metres of robots whose types have no larger one.
 const LEAST_WIDTH: f64 = 0.5;
 
@@ -135,6 +138,16 @@ impl Variant {
         largest.unwrap_or(f64::INFINITY)
     }
 
+    /// Returns the length and the width of the first robot type, in metres.
+    pub fn size(&self) -> [f64; 2] {
+        let mut types = self.setup.robot_types.iter().flatten();
+        let first = self.types.first().and_then(|share| share.name.as_deref());
+        let kind = types.find(|kind| first.is_none_or(|name| kind.name == name));
+        let length = kind.and_then(|kind| kind.rest.get(LENGTH)?.as_f64());
+        let width = kind.and_then(|kind| kind.width.as_ref()?.as_f64());
+        [length.unwrap_or(DEFAULT_SIZE[0]), width.unwrap_or(DEFAULT_SIZE[1])]
+    }
+
     /// Returns the largest width of the robot types, in metres.
     pub fn max_width(&self) -> f64 {
         let types = self.setup.robot_types.iter().flatten();
@@ -198,11 +211,11 @@ impl Variant {
             MadeUpLoad::Transports { .. } => {
                 Load::endless([("from", "pick".into()), ("to", "drop".into())])
             }
-            MadeUpLoad::Stations(ids) => {
+            MadeUpLoad::Stations(ids) | MadeUpLoad::Nodes(ids) => {
                 let groups = serde_json::json!({ "stations": ids });
                 Load::endless([("groups", groups), ("among", "stations".into())])
             }
-            MadeUpLoad::Nodes(_) => Load::endless([]),
+            MadeUpLoad::AnyNode => Load::endless([]),
         });
         if let Manager::BuiltIn(args) = &mut self.manager
             && !args.iter().any(|arg| arg == IN_TURN)

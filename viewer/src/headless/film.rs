@@ -92,12 +92,16 @@ impl HeadlessViewer<'_> {
             video.add(&picture)?;
             if told.elapsed() > TELL_EVERY {
                 told = Instant::now();
-                eprintln!("{} of {}", video.pictures(), with_plural(total.into(), "picture"));
+                regatta_plugin::tell!(
+                    "{} of {}",
+                    video.pictures(),
+                    with_plural(total.into(), "picture")
+                );
             }
         }
         let pictures = video.finish()?;
         let count = with_plural(pictures.into(), "picture");
-        eprintln!(
+        regatta_plugin::tell!(
             "{}: {count}, each {:.4} s of simulated time",
             path.display(),
             schedule.step * 1e-9

@@ -1,7 +1,7 @@
 //! The weakly and strongly connected components of a route graph.
 
 use regatta_base::components::strong_components;
-use regatta_base::graph::NodeIndex;
+use regatta_base::graph::{CRAWL, NodeIndex};
 use regatta_base::rows::Rows;
 
 use super::route_graph::RouteGraph;
@@ -53,7 +53,7 @@ impl Components {
     }
 
     /// Returns the strongly connected components: all nodes of a component can reach each other
-    /// along legs, reverse gear included.
+    /// along legs, reverse gear included. Legs that are slower than a [crawl](CRAWL) don't count.
     ///
     /// ```
     /// use regatta_layout::model::components::Components;
@@ -68,6 +68,7 @@ impl Components {
         let nodes = graph.nodes().len();
         let departures = (0..nodes as u32).flat_map(|node| {
             let legs = graph.departures(NodeIndex(node)).iter();
+            let legs = legs.filter(|leg| graph.leg_speed(**leg) >= Some(CRAWL));
             legs.map(move |leg| (node, graph.leg_end(*leg).0))
         });
         Self::numbered(&strong_components(&Rows::of_sorted(nodes, departures)))

@@ -17,7 +17,7 @@ use crate::model::zones::Zone;
 const MOST_NAMES: usize = 20;
 
 /// The main part of a layout: nodes that all can be reached from each other, and the edges between
-/// them.
+/// them. Legs that are slower than a [crawl](regatta_base::graph::CRAWL) are no ways.
 #[derive(Clone, Debug)]
 pub struct MainPart {
     /// Its roads, with the ids of the layout.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
+use regatta_base::graph::{CRAWL, EdgeIndex, Gear, Leg, NodeIndex};
 use regatta_base::rows::Rows;
 
 use crate::model::components::Components;
@@ -123,8 +123,10 @@ impl<'g> Network<'g> {
             reached[node as usize] = true;
         }
         while let Some(node) = open.pop_front() {
-            for (_, next) in self.steps(node, search) {
-                if !std::mem::replace(&mut reached[next as usize], true) {
+            for (leg, next) in self.steps(node, search) {
+                if self.graph.leg_speed(leg) >= Some(CRAWL)
+                    && !std::mem::replace(&mut reached[next as usize], true)
+                {
                     open.push_back(next);
                 }
             }

@@ -63,6 +63,13 @@ impl Topic {
 }
 
 impl Remark {
+    /// Returns the message as a whole sentence.
+    fn sentence(&self) -> String {
+        let mut letters = self.message.chars();
+        let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+        format!("{first}{}.", letters.as_str())
+    }
+
     fn new(topic: Topic, message: String) -> Self {
         let (nodes, edges) = (Vec::new(), Vec::new());
         Self { topic, message, nodes, edges, robots: None, metres: None }
@@ -89,6 +96,23 @@ impl Certificate {
             (remark.topic, Reverse((1000.0 * remark.metres.unwrap_or(0.0)) as u64))
         });
         remarks
+    }
+}
+
+impl Certificate {
+    /// Returns at most `most` [remarks](Self::remarks) about each topic as sentences, and one about
+    /// the number of the others.
+    pub fn sentences(&self, graph: &RouteGraph, most: usize) -> Vec<String> {
+        let remarks = self.remarks(graph);
+        let mut sentences = Vec::new();
+        for remarks in remarks.chunk_by(|a, b| a.topic == b.topic) {
+            sentences.extend(remarks.iter().take(most).map(Remark::sentence));
+            if let Some(more @ 1..) = remarks.len().checked_sub(most) {
+                let topic = remarks[0].topic.name().replace('-', " ");
+                sentences.push(format!("And {more} more on the topic '{topic}'."));
+            }
+        }
+        sentences
     }
 }
 

@@ -1,0 +1,23 @@
+//! What the layout of a study allows its robots, before any run.
+
+use regatta_layout::traffic::{Certificate, RobotType, Turning};
+
+use crate::plan::Variant;
+
+/// The largest number of remarks about one topic.
+const MOST_REMARKS: usize = 3;
+/// The most edges of a layout that is examined, which takes some seconds then.
+const MOST_EDGES: usize = 150_000;
+
+/// Returns sentences about what the roads of a variant allow its robots, the most important
+/// topics first; none for large layouts, or robots that a certificate can't describe.
+pub fn certificate(variant: &Variant) -> Vec<String> {
+    let [length, width] = variant.size();
+    let robot = RobotType::new(length, width, Turning::OnTheSpot);
+    match (robot, variant.graph.edges().len()) {
+        (Ok(robot), 0..=MOST_EDGES) => {
+            Certificate::new(&variant.graph, &robot).sentences(&variant.graph, MOST_REMARKS)
+        }
+        _ => Vec::new(),
+    }
+}
