@@ -11,7 +11,7 @@ use clap::{Args, Subcommand};
 use regatta_layout::generate::{Grid, Warehouse};
 use regatta_layout::model::info::Info;
 use regatta_layout::traffic::Certificate;
-use regatta_layout::{Format, GraphError, ReadOptions, RouteGraph, draw};
+use regatta_layout::{FileText, Format, GraphError, ReadOptions, RouteGraph, draw};
 use regatta_scenario::is_scenario;
 
 use self::traffic::TrafficArgs;
@@ -263,7 +263,7 @@ impl FileArgs {
         self.file == Path::new(STANDARD_STREAM)
     }
 
-    fn text(&self) -> Result<String, GraphError> {
+    fn text(&self) -> Result<FileText, GraphError> {
         if self.is_standard_input() {
             return regatta_layout::read_stream(std::io::stdin().lock(), &self.name());
         }

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use regatta_layout::{Finding, Findings, GraphError};
+use regatta_layout::{FileText, Finding, Findings, GraphError};
 use regatta_scenario::{Overrides, Scenario, ScenarioError, is_scenario};
 use serde_json::{Value, json};
 
@@ -53,7 +53,11 @@ pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCod
     Ok(if checked.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn check_scenario(text: &str, file: &FileArgs, traffic: &TrafficArgs) -> Result<Checked, Failure> {
+fn check_scenario(
+    text: &FileText,
+    file: &FileArgs,
+    traffic: &TrafficArgs,
+) -> Result<Checked, Failure> {
     let overrides = Overrides { layout: file.options(), ..Overrides::default() };
     let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
     let read = Scenario::from_text(text, Path::new(&file.name()), &overrides)

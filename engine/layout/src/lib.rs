@@ -39,6 +39,7 @@ pub use model::route_graph::{Edge, Node, RouteGraph};
 pub use model::spline::Handles;
 pub use model::tags::{Orientation, Role, Station, Tags};
 pub use model::zones::{Zone, ZoneRule};
+pub use read::encoding::{FileText, SourceText};
 pub use read::file::{BackgroundError, GraphError, MAX_FILE_BYTES, read_file, read_stream};
 pub use read::{companions, parse, parse_fixed, read};
 pub use regatta_base::bezier::CubicBezier;

@@ -7,6 +7,7 @@
 mod csv;
 mod detect;
 mod dxf;
+pub(crate) mod encoding;
 pub(crate) mod file;
 pub(crate) mod layout;
 pub(crate) mod lif;
@@ -19,9 +20,9 @@ mod ros_map;
 
 use std::path::{Path, PathBuf};
 
+use self::encoding::{Doubt, SourceText};
 use self::file::{
-    GraphError, MAX_ENTRIES, MAX_FILE_BYTES, Source, SyntaxError, line_at, not_text, read_file,
-    too_large,
+    GraphError, MAX_ENTRIES, MAX_FILE_BYTES, Source, SyntaxError, line_at, read_file, too_large,
 };
 use self::layout::Layout;
 use crate::check::{fix, lint, validate};
@@ -83,12 +84,12 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<(RouteGraph, Findings)
 ///
 /// # Errors
 /// The errors of [`read`], except those of opening a file.
-pub fn parse(
-    text: &str,
-    name: &str,
+pub fn parse<'text>(
+    text: impl Into<SourceText<'text>>,
+    name: &'text str,
     options: &ReadOptions,
 ) -> Result<(RouteGraph, Findings), GraphError> {
-    let (raw, report) = parse_raw(text, name, options)?;
+    let (raw, report) = parse_raw(text.into(), name, options)?;
     finish(raw, options, report)
 }
 
@@ -97,12 +98,12 @@ pub fn parse(
 ///
 /// # Errors
 /// As [`parse`], for errors that can't be repaired.
-pub fn parse_fixed(
-    text: &str,
-    name: &str,
+pub fn parse_fixed<'text>(
+    text: impl Into<SourceText<'text>>,
+    name: &'text str,
     options: &ReadOptions,
 ) -> Result<(RouteGraph, Findings, Vec<String>), GraphError> {
-    let (mut raw, report) = parse_raw(text, name, options)?;
+    let (mut raw, report) = parse_raw(text.into(), name, options)?;
     let fixes = fix::fix(&mut raw);
     let (graph, findings) = finish(raw, options, report)?;
     Ok((graph, findings, fixes))
@@ -110,7 +111,7 @@ pub fn parse_fixed(
 
 /// Reads a text up to its validation.
 fn parse_raw<'text>(
-    text: &'text str,
+    SourceText { text, doubt }: SourceText<'text>,
     name: &'text str,
     options: &ReadOptions,
 ) -> Result<(RawGraph, Report<'text>), GraphError> {
@@ -126,6 +127,9 @@ fn parse_raw<'text>(
         }
     }
     let mut report = Report::new(name, text);
+    if let Some(Doubt { at, message }) = doubt {
+        report.file_warning(*at, message.as_str());
+    }
     options.report_unused(format, &mut report);
     let raw = match format {
         Format::Regatta => {
@@ -180,7 +184,11 @@ fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
         return Err(too_large(name));
     }
     if let Some(at) = text.bytes().position(|byte| byte == 0) {
-        return Err(not_text(name, text.as_bytes(), at));
+        return Err(GraphError::NotText {
+            file: name.to_owned(),
+            line: line_at(text.as_bytes(), at),
+            reason: "it contains a zero byte; check that this is a route graph file",
+        });
     }
     if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
         return Err(GraphError::Empty { file: name.to_owned() });

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use regatta_layout::read::moving_ai;
 use regatta_layout::{
-    self as layout, FindingKind, Findings, Format, GraphError, LengthUnit, Millimetres,
-    ReadOptions, RouteGraph,
+    self as layout, FileText, FindingKind, Findings, Format, GraphError, LengthUnit, Millimetres,
+    ReadOptions, RouteGraph, SourceText,
 };
 use serde::de::{DeserializeOwned, IgnoredAny};
 
@@ -48,17 +48,28 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`Scenario::read`].
-    pub fn from_text(
-        text: &str,
+    pub fn from_text<'text>(
+        text: impl Into<SourceText<'text>>,
         name: &Path,
         overrides: &Overrides,
     ) -> Result<Self, ScenarioError> {
+        let source = text.into();
+        let text = source.as_str();
+        if !is_benchmark(text) && is_layout(text) {
+            return Self::of_layout(source, name, overrides);
+        }
+        let mut scenario = Self::of_scenario(text, name, overrides)?;
+        if let Some((line, message)) = source.doubt() {
+            scenario.warnings.push(format!("{}:{line}: {message}", name.display()));
+        }
+        Ok(scenario)
+    }
+
+    /// Reads a scenario of our own or of the benchmarks.
+    fn of_scenario(text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let folder = name.parent().unwrap_or(Path::new(""));
         if is_benchmark(text) {
             return Self::of_benchmark(text, name, folder, overrides);
-        }
-        if is_layout(text) {
-            return Self::of_layout(text, name, overrides);
         }
         if text.len() as u64 > MAX_FILE_BYTES {
             return Err(ScenarioError::TooLarge { path: name.into() });
@@ -121,7 +132,11 @@ impl Scenario {
     }
 
     /// Makes a scenario up for a layout.
-    fn of_layout(text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
+    fn of_layout(
+        text: SourceText<'_>,
+        name: &Path,
+        overrides: &Overrides,
+    ) -> Result<Self, ScenarioError> {
         let (graph, findings) =
             layout::parse(text, &name.display().to_string(), &overrides.layout)?;
         let file = name.file_name().unwrap_or_default().to_string_lossy();
@@ -266,7 +281,7 @@ fn has_no_key(text: &str) -> bool {
 }
 
 /// Reads a text, which may be a layout: these are larger than scenarios.
-fn read_text(reader: impl Read, path: &Path) -> Result<String, ScenarioError> {
+fn read_text(reader: impl Read, path: &Path) -> Result<FileText, ScenarioError> {
     Ok(match layout::read_stream(reader, &path.display().to_string()) {
         Err(GraphError::Unreadable { source, .. }) => {
             return Err(ScenarioError::Read { path: path.into(), source });

@@ -17,6 +17,7 @@ use self::rows::{EdgeRow, Row};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
+use crate::read::encoding::SourceText;
 use crate::read::file::{Ignored, MAX_ENTRIES, MAX_NAME, Source, SyntaxError, read_file};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 
@@ -170,6 +171,9 @@ impl Reader<'_, '_> {
         };
         let text = read_file(&file).map_err(|error| self.syntax(1, &error.to_string()))?;
         self.other = Some(file.display().to_string());
+        if let Some((line, message)) = SourceText::from(&text).doubt() {
+            self.warning(Place { at: 0, line: line as u64 }, message);
+        }
         let result = self.file(text.strip_prefix('\u{feff}').unwrap_or(&text));
         self.other = None;
         result

@@ -188,7 +188,7 @@ impl Layers {
 
 fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Ignored) {
     for &at in &network.short {
-        ignored.add(at, "line shorter than 1 mm");
+        ignored.add(at, "line shorter than 1 mm, or whose ends are joined to one node");
     }
     for &at in &network.repeated {
         ignored.add(at, "line that is drawn a second time");

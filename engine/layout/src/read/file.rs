@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use regatta_base::yaml;
 pub(crate) use regatta_base::yaml::MAX_ENTRIES;
 
+use super::encoding::{FileText, NotText, decode};
 use crate::model::finding::{Findings, Report};
 use crate::model::value::shorten;
 
@@ -99,14 +100,14 @@ pub enum GraphError {
         /// The file's name.
         file: String,
     },
-    /// The file isn't UTF-8 text.
-    #[error("{file}:{line}: not UTF-8 text: {reason}; check that this is a route graph file")]
+    /// The file isn't text.
+    #[error("{file}:{line}: not a text: {reason}")]
     NotText {
         /// The file's name.
         file: String,
         /// The line of the first invalid byte, from 1.
         line: usize,
-        /// The reason.
+        /// The reason, and what to do.
         reason: &'static str,
     },
     /// The text isn't YAML, or not the YAML of a route graph.
@@ -161,7 +162,7 @@ pub struct BackgroundError {
 ///
 /// # Errors
 /// If the file can't be read, is too large, or isn't text.
-pub fn read_file(path: &Path) -> Result<String, GraphError> {
+pub fn read_file(path: &Path) -> Result<FileText, GraphError> {
     let unreadable = |source| GraphError::Unreadable { file: path.to_owned(), source };
     let file = File::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
@@ -176,7 +177,7 @@ pub fn read_file(path: &Path) -> Result<String, GraphError> {
 ///
 /// # Errors
 /// As [`read_file`].
-pub fn read_stream(stream: impl Read, name: &str) -> Result<String, GraphError> {
+pub fn read_stream(stream: impl Read, name: &str) -> Result<FileText, GraphError> {
     let mut bytes = Vec::new();
     // The limit is checked here too, because a pipe has no length and a file may grow.
     let read = stream.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
@@ -184,8 +185,11 @@ pub fn read_stream(stream: impl Read, name: &str) -> Result<String, GraphError> 
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(too_large(name));
     }
-    String::from_utf8(bytes)
-        .map_err(|error| not_text(name, error.as_bytes(), error.utf8_error().valid_up_to()))
+    decode(bytes).map_err(|NotText { line, reason }| GraphError::NotText {
+        file: name.to_owned(),
+        line,
+        reason,
+    })
 }
 
 pub(crate) fn too_large(name: &str) -> GraphError {
@@ -222,19 +226,6 @@ impl Ignored {
             report.file_warning(at, format!("{kind}: not used{times}"));
         }
     }
-}
-
-pub(crate) fn not_text(name: &str, bytes: &[u8], at: usize) -> GraphError {
-    let reason = match bytes {
-        _ if bytes.starts_with(b"AutoCAD Binary DXF") => {
-            "it is a binary drawing, save it as DXF in ASCII"
-        }
-        _ if bytes.starts_with(b"AC10") => "it is a drawing in DWG, save it as DXF in ASCII",
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16, save it as UTF-8",
-        _ if bytes[at..].first() == Some(&0) => "it contains a zero byte",
-        _ => "it contains bytes that are not valid UTF-8",
-    };
-    GraphError::NotText { file: name.to_owned(), line: line_at(bytes, at), reason }
 }
 
 pub(crate) fn line_at(bytes: &[u8], at: usize) -> usize {

@@ -189,7 +189,7 @@ impl<'a> Expander<'a> {
         let points: Vec<DVec2> = spline.control_points.iter().map(point).collect();
         let degree = usize::try_from(spline.degree_of_curve).unwrap_or_default();
         let cubics = spline_to_cubics(degree, &spline.knot_values, &points, &spline.weight_values);
-        let Some(mut cubics) = cubics.filter(|cubics| !cubics.is_empty()) else {
+        let Some(cubics) = cubics.filter(|cubics| !cubics.is_empty()) else {
             let kind = if points.is_empty() {
                 "entity SPLINE with fit points only".to_owned()
             } else {
@@ -201,9 +201,7 @@ impl<'a> Expander<'a> {
             self.ignored.add(place.at, kind);
             return Vec::new();
         };
-        let is_closed = cubics.len() > 1 && points.first() == points.last();
-        let rest = if is_closed { cubics.split_off(cubics.len() / 2) } else { Vec::new() };
-        vec![cubics, rest]
+        vec![cubics]
     }
 
     fn insert(&mut self, insert: &'a Insert, place: Place<'a>) {

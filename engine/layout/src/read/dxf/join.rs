@@ -10,6 +10,10 @@ use super::expand::Curve;
 /// Ends within this distance in metres are at the same place.
 pub const TOLERANCE: f64 = 1e-3;
 
+/// The length in metres up to which a curve whose ends are at one place is a dot. The halves of a
+/// longer one have ends at two places, mostly.
+const LONGEST_DOT: f64 = 4.0 * TOLERANCE;
+
 /// The distance in metres within which ends that don't meet are reported.
 pub const NEAR: f64 = 0.1;
 
@@ -27,8 +31,8 @@ pub struct Network {
     pub links: Vec<Link>,
     /// Ends that nearly meet another curve, with the distance in metres.
     pub near_misses: Vec<(usize, f64)>,
-    /// The curves that are left out because they are shorter than the tolerance, or repeat another
-    /// one.
+    /// The curves that are left out because both ends are at one place, or because they repeat
+    /// another one.
     pub short: Vec<u32>,
     pub repeated: Vec<u32>,
     /// Whether some nodes haven't been compared with all curves near them.
@@ -74,17 +78,31 @@ impl Network {
     fn add(&mut self, mut curve: Curve, places: &mut Places) {
         let (Some(first), Some(last)) = (curve.cubics.first(), curve.cubics.last()) else { return };
         let ends = [first.control_points[0], last.control_points[3]];
-        let is_short = ends[0].distance(ends[1]) <= TOLERANCE
-            && curve.cubics.iter().map(|cubic| cubic.polyline_length(4)).sum::<f64>()
-                <= 2.0 * TOLERANCE;
+        let is_short =
+            ends[0].distance(ends[1]) <= TOLERANCE && length(&curve.cubics) <= LONGEST_DOT;
         if is_short {
             self.short.push(curve.at);
             return;
         }
         let [from, to] = ends.map(|end| self.node(end, curve.at, places));
+        if from == to {
+            return self.add_closed(curve, places);
+        }
         let [start, end] = [from, to].map(|node| self.nodes[node].0);
         move_ends(&mut curve.cubics, start, end);
         self.links.push(Link { from, to, curve });
+    }
+
+    /// Adds the halves of a curve that starts and ends at one node, as no edge does.
+    fn add_closed(&mut self, curve: Curve, places: &mut Places) {
+        let Curve { at, layer, cubics } = curve;
+        if length(&cubics) <= LONGEST_DOT {
+            self.short.push(at);
+            return;
+        }
+        for cubics in bisected(cubics) {
+            self.add(Curve { at, layer: layer.clone(), cubics }, places);
+        }
     }
 
     /// Returns the node at a point, which is added if there is none within the tolerance.
@@ -201,6 +219,21 @@ fn move_ends(cubics: &mut [CubicBezier], start: DVec2, end: DVec2) {
         last.control_points[3] = end;
         last.control_points[2] += shift;
     }
+}
+
+/// Returns about the length of a curve in metres.
+fn length(cubics: &[CubicBezier]) -> f64 {
+    cubics.iter().map(|cubic| cubic.polyline_length(4)).sum()
+}
+
+/// Divides a curve in two.
+fn bisected(mut cubics: Vec<CubicBezier>) -> [Vec<CubicBezier>; 2] {
+    if let [only] = cubics.as_slice() {
+        let (before, after) = halves(only, 0.5);
+        return [vec![before], vec![after]];
+    }
+    let after = cubics.split_off(cubics.len() / 2);
+    [cubics, after]
 }
 
 /// Splits a cubic by de Casteljau's scheme.

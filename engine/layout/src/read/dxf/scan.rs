@@ -258,7 +258,7 @@ impl<'a, 'text> Scanner<'a, 'text> {
         let Some((name, hidden)) = &mut self.layer else { return };
         let number = pair.value.parse::<i32>().unwrap_or_default();
         match pair.code {
-            2 => pair.value.clone_into(name),
+            2 => *name = unescaped(pair.value),
             // A negative colour: switched off. The lowest bit of the flags: frozen.
             62 => *hidden |= number < 0,
             70 => *hidden |= number & 1 != 0,
@@ -329,4 +329,24 @@ fn escaped(text: &str) -> String {
         }
     }
     escaped
+}
+
+/// Returns a text whose escapes for letters beyond ASCII, such as `\U+00FC`, are resolved.
+fn unescaped(text: &str) -> String {
+    let mut parts = text.split("\\U+");
+    let mut unescaped = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let code = part.get(..4).and_then(|digits| u32::from_str_radix(digits, 16).ok());
+        match code.and_then(char::from_u32) {
+            Some(letter) => {
+                unescaped.push(letter);
+                unescaped.push_str(&part[4..]);
+            }
+            None => {
+                unescaped.push_str("\\U+");
+                unescaped.push_str(part);
+            }
+        }
+    }
+    unescaped
 }

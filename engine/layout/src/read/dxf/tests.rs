@@ -1,3 +1,4 @@
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
@@ -181,7 +182,7 @@ fn curves_are_split_too() {
     let (graph, messages) = graph(&text, &ReadOptions::default());
     assert_eq!((graph.nodes().len(), graph.edges().len()), (4, 6), "{messages}");
     let length: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
-    assert!((length - 2.0 * (5.0 * std::f64::consts::PI + 4.0)).abs() < 1e-4);
+    assert!((length - 2.0 * (5.0 * PI + 4.0)).abs() < 1e-4);
 }
 
 #[test]
@@ -329,10 +330,72 @@ fn curves_that_are_much_longer_than_the_rest_take_no_longer() {
         graph(&drawing(&entities.iter().map(String::as_str).collect::<Vec<_>>()), &metres(&[]));
     // The long ones cross the others, whose ends they don't touch; one starts at an end.
     assert_eq!((graph.nodes().len(), graph.edges().len()), (2 * 200 + 3, 2 * 202));
-    // A circle whose only node is where it starts and ends.
-    let circle =
-        parse(&drawing(&["0 ARC 10 0 20 0 40 5000"]), "t.dxf", &metres(&[])).expect_err("a loop");
-    assert!(circle.to_string().contains("starts and ends at the same node"), "{circle}");
+}
+
+#[test]
+fn closed_curves_are_divided() {
+    let text = |entity: &str| drawing(&[entity]);
+    for (entity, length) in [
+        ("0 ARC 10 0 20 0 40 5000", 1e4 * PI),
+        ("0 ARC 8 0 10 0 20 0 40 5 50 0 51 359.999999", 10.0 * PI),
+        ("0 ELLIPSE 8 0 10 0 20 0 11 5 21 0 40 1 41 0 42 6.283185", 10.0 * PI),
+        ("0 CIRCLE 8 0 10 0 20 0 40 5", 10.0 * PI),
+    ] {
+        let (graph, messages) = graph(&text(entity), &ReadOptions::default());
+        let sum: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
+        assert!((sum / 2.0 - length).abs() < 0.001 * length, "{entity}: {sum} {messages}");
+    }
+    // One cubic that ends within the tolerance of its start.
+    let spline = "0 SPLINE 8 0 70 8 71 3 40 0 40 0 40 0 40 0 40 1 40 1 40 1 40 1 10 0 20 0 10 4 20 \
+                  0 10 4 20 4 10 0 20 0.0003";
+    let (graph, messages) = graph(&text(spline), &ReadOptions::default());
+    assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 4), "{messages}");
+}
+
+#[test]
+fn a_line_whose_ends_are_joined_to_one_node_is_left_out() {
+    let (graph, messages) = graph(
+        &drawing(&[
+            &line([0.0, 0.0], [9.0, 0.0], "0"),
+            &line([8.9993, 0.0007], [9.0007, 0.0007], "0"),
+        ]),
+        &ReadOptions::default(),
+    );
+    assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 2), "{messages}");
+    assert!(messages.contains("whose ends are joined to one node: not used"), "{messages}");
+}
+
+#[test]
+fn names_of_layers_are_in_the_code_page_of_the_drawing() {
+    let start = "0\r\nSECTION\r\n2\r\nHEADER\r\n9\r\n$DWGCODEPAGE\r\n3\r\n";
+    let line = |name: &[u8]| {
+        let end = b"\r\n10\r\n0\r\n20\r\n0\r\n11\r\n8\r\n21\r\n0\r\n0\r\nENDSEC\r\n0\r\nEOF\r\n";
+        let begin = b"\r\n0\r\nENDSEC\r\n0\r\nSECTION\r\n2\r\nENTITIES\r\n0\r\nLINE\r\n8\r\n";
+        [begin.as_slice(), name, end].concat()
+    };
+    for (page, name, decoded) in [
+        ("ANSI_1252", b"Fahrspur_S\xfcd".as_slice(), "Fahrspur_Süd"),
+        ("ANSI_936", b"\xb3\xb5\xb5\xc0", "车道"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.dxf");
+        let bytes = [start.as_bytes(), page.as_bytes(), &line(name)].concat();
+        std::fs::write(&path, bytes).expect("a file");
+        let options = metres(&[decoded]);
+        let (graph, findings) = crate::read::read(&path, &options).expect("a drawing");
+        let tags = graph.edges()[0].tags.as_ref().expect("tags");
+        assert_eq!(tags.properties["layer"].as_ref(), decoded);
+        assert!(!messages(&findings).contains("Windows-1252"), "{}", messages(&findings));
+    }
+}
+
+#[test]
+fn escapes_in_names_of_layers_are_resolved() {
+    let text = drawing(&[&line([0.0, 0.0], [9.0, 0.0], "Süd"), &line([0.0, 1.0], [9.0, 1.0], "0")]);
+    let table = "0\nSECTION\n2\nTABLES\n0\nLAYER\n2\nS\\U+00FCd\n62\n-7\n0\nENDSEC\n";
+    let (graph, messages) = graph(&format!("{table}{text}"), &ReadOptions::default());
+    assert_eq!(graph.edges().len(), 2, "{messages}");
+    assert!(messages.contains("line on the hidden layer `Süd`"), "{messages}");
 }
 
 #[test]
