@@ -406,7 +406,7 @@ impl EdgeCheck<'_, '_, '_> {
             return None;
         }
         if from.position.distance(to.position) < MIN_LENGTH && path.length() < MIN_LENGTH {
-            self.error("has no length: its nodes are at the same position");
+            self.error("has no length: its nodes are at the same position; make them one node");
             return None;
         }
         Some(path)

@@ -224,6 +224,22 @@ impl RouteGraph {
         self.node_by_id.get(&id).copied()
     }
 
+    /// Returns the nodes with a name or, if there are none, those that have it as an alias.
+    pub fn nodes_named(&self, name: &str) -> Vec<NodeIndex> {
+        let named = self.nodes_where(|node| node.name() == Some(name));
+        if !named.is_empty() {
+            return named;
+        }
+        self.nodes_where(|node| {
+            node.tags.as_ref().is_some_and(|tags| tags.aliases().iter().any(|alias| alias == name))
+        })
+    }
+
+    fn nodes_where(&self, condition: impl Fn(&Node) -> bool) -> Vec<NodeIndex> {
+        let nodes = (0..).map(NodeIndex).zip(&self.nodes);
+        nodes.filter(|(_, node)| condition(node)).map(|(index, _)| index).collect()
+    }
+
     /// Looks up an edge by its id in the file.
     pub fn edge_by_id(&self, id: u32) -> Option<EdgeIndex> {
         self.edge_by_id.get(&id).copied()

@@ -8,6 +8,9 @@ use regatta_base::graph::NodeIndex;
 
 use super::angle::normalize_angle;
 
+/// The property of a node with its other names: a list of texts in JSON.
+pub const ALIASES: &str = "aliases";
+
 /// Names, places and free properties of a node or an edge. They are boxed, as most graphs have
 /// none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -32,6 +35,17 @@ impl Tags {
     /// Returns a box of tags with only a name.
     pub fn named(name: &str) -> Self {
         Self { name: Some(name.into()), ..Self::default() }
+    }
+
+    /// Returns the other names of a node: those of nodes at the same place that are joined with it.
+    pub fn aliases(&self) -> Vec<String> {
+        let json = self.properties.get(ALIASES);
+        json.and_then(|json| serde_json::from_str(json).ok()).unwrap_or_default()
+    }
+
+    /// Sets the other names of a node.
+    pub(crate) fn set_aliases(&mut self, names: &[String]) {
+        self.set(ALIASES, &serde_json::Value::from(names).to_string());
     }
 
     /// Adds a property, unless its value is empty.

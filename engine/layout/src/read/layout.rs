@@ -4,12 +4,18 @@
 //! [`Layout::into_raw`] gives nodes and edges numbers, so that they pass the same validation as our
 //! own files.
 
+mod joined;
+mod numbering;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{Ends, Rotation};
 
+use self::numbering::{Index, Number, Numbering};
 use crate::model::finding::Report;
 use crate::model::path::Path;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation, RawZone};
@@ -108,8 +114,9 @@ pub(crate) const DEFAULT_SPEED: f64 = 1.0;
 
 impl Layout {
     /// Numbers nodes and edges. If all ids are numbers, they are kept. Otherwise nodes and edges
-    /// are numbered from 1 in the order of the file, and the ids become names.
-    pub fn into_raw(self, report: &mut Report<'_>) -> RawGraph {
+    /// are numbered from 1 in the order of the file, and the ids become names. Nodes at one place
+    /// that an edge without length joins become one.
+    pub fn into_raw(mut self, report: &mut Report<'_>) -> RawGraph {
         // Elements with errors are left out and have been reported, so references to them aren't
         // reported again.
         let is_complete = !report.has_errors();
@@ -123,29 +130,24 @@ impl Layout {
             "edge",
             report,
         );
-        warn_of_unknown_speeds(&self.edges, report);
-        let (ends, stations) = self.resolve(&node_ids);
+        let (mut ends, mut stations) = self.resolve(&node_ids);
+        if is_complete {
+            self.report_unknown(&ends, &stations, report);
+        }
+        let kept = joined::join(&mut self, &mut ends, &mut stations, report);
+        let edges_kept = self.edges.iter().zip(&kept.edges).filter(|(_, is_kept)| **is_kept);
+        warn_of_unknown_speeds(edges_kept.map(|(edge, _)| edge), report);
         let headings = self.headings(&ends);
         let nodes = self.nodes.into_iter().zip(&headings).enumerate();
         let nodes = nodes
-            .map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index)))
-            .collect();
+            .filter(|(index, _)| kept.nodes[*index])
+            .map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index)));
         let edges = self.edges.into_iter().zip(ends).enumerate();
-        let edges = edges.map(|(index, (edge, ends))| {
-            if is_complete {
-                report_unknown_ends(&edge, ends, report);
-            }
-            raw_edge(edge, edge_ids.number(index), ends, &node_ids)
-        });
-        let edges = edges.collect();
+        let edges = edges
+            .filter(|(index, _)| kept.edges[*index])
+            .map(|(index, (edge, ends))| raw_edge(edge, edge_ids.number(index), ends, &node_ids));
         let stations = self.stations.into_iter().zip(stations);
-        let stations = stations.map(|(station, nodes)| {
-            if is_complete {
-                report_unknown_nodes(&station, &nodes, report);
-            }
-            raw_station(station, &nodes, &node_ids)
-        });
-        let stations = stations.collect();
+        let stations = stations.map(|(station, nodes)| raw_station(station, &nodes, &node_ids));
         let zones = self.zones.into_iter().map(|zone| RawZone {
             at: zone.at,
             name: zone.name,
@@ -153,15 +155,29 @@ impl Layout {
             nodes: zone.nodes.iter().map(|&index| node_ids.number(index).number).collect(),
             edges: zone.edges.iter().map(|&index| edge_ids.number(index).number).collect(),
         });
-        let zones = zones.collect();
         RawGraph {
-            nodes,
-            edges,
-            stations,
-            zones,
+            nodes: nodes.collect(),
+            edges: edges.collect(),
+            stations: stations.collect(),
+            zones: zones.collect(),
             background: self.background,
             is_imported: true,
             ..RawGraph::default()
+        }
+    }
+
+    /// Reports the references of edges and stations to nodes that don't exist.
+    fn report_unknown(
+        &self,
+        ends: &[EndIndices],
+        stations: &[Vec<Option<usize>>],
+        report: &mut Report<'_>,
+    ) {
+        for (edge, ends) in self.edges.iter().zip(ends) {
+            report_unknown_ends(edge, *ends, report);
+        }
+        for (station, nodes) in self.stations.iter().zip(stations) {
+            report_unknown_nodes(station, nodes, report);
         }
     }
 
@@ -224,92 +240,6 @@ impl Shape {
         };
         Some([path.start_tangent(), path.end_tangent()])
     }
-}
-
-/// The numbers that stand for the ids of a file.
-struct Numbering {
-    /// By index; `None` if they are counted from 1.
-    numbers: Option<Vec<u32>>,
-}
-
-impl Numbering {
-    fn new<'id>(
-        ids: impl Iterator<Item = (u32, &'id str)> + Clone,
-        kind: &str,
-        report: &mut Report<'_>,
-    ) -> Self {
-        let numbers: Option<Vec<u32>> = ids.clone().map(|(_, id)| number(id)).collect();
-        if numbers.is_none() {
-            let mut sorted: Vec<(&str, usize, u32)> =
-                ids.enumerate().map(|(index, (at, id))| (id, index, at)).collect();
-            sorted.sort_unstable();
-            let repeated =
-                sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1]);
-            let mut repeated: Vec<_> = repeated.collect();
-            repeated.sort_unstable_by_key(|&(_, index, _)| index);
-            for (id, _, at) in repeated {
-                let message =
-                    format!("{kind} `{}` is given twice: give each a unique id", shorten(id));
-                report.file_error(at, message);
-            }
-        }
-        Self { numbers }
-    }
-
-    fn number(&self, index: usize) -> Number {
-        match &self.numbers {
-            Some(numbers) => Number { number: numbers[index], is_id: true },
-            None => Number { number: index as u32 + 1, is_id: false },
-        }
-    }
-}
-
-/// Returns an id as a number.
-fn number(id: &str) -> Option<u32> {
-    let is_canonical = id == "0" || !id.starts_with(['0', '+']);
-    if is_canonical { id.parse().ok() } else { None }
-}
-
-/// Finds nodes by their ids.
-enum Index<'id> {
-    /// Sorted by number, with the index.
-    Numbers(Vec<(u32, usize)>),
-    /// Sorted by id, with the index.
-    Names(Vec<(&'id str, usize)>),
-}
-
-impl<'id> Index<'id> {
-    fn new(nodes: &'id [LayoutNode], numbering: &Numbering) -> Self {
-        fn sorted<Id: Ord>(ids: impl Iterator<Item = Id>) -> Vec<(Id, usize)> {
-            let mut ids: Vec<_> = ids.zip(0..).collect();
-            ids.sort_unstable();
-            ids
-        }
-        match &numbering.numbers {
-            Some(numbers) => Self::Numbers(sorted(numbers.iter().copied())),
-            None => Self::Names(sorted(nodes.iter().map(|node| node.id.as_str()))),
-        }
-    }
-
-    fn find(&self, id: &str) -> Option<usize> {
-        match self {
-            Self::Numbers(numbers) => {
-                let number = number(id)?;
-                numbers.binary_search_by_key(&number, |entry| entry.0).ok().map(|at| numbers[at].1)
-            }
-            Self::Names(names) => {
-                names.binary_search_by_key(&id, |entry| entry.0).ok().map(|at| names[at].1)
-            }
-        }
-    }
-}
-
-/// A number of a node or an edge.
-#[derive(Clone, Copy)]
-struct Number {
-    number: u32,
-    /// Whether the number is the id in the file. Otherwise the id becomes the name.
-    is_id: bool,
 }
 
 /// Returns tags with the file's id as their name, unless the id is the number. Another name becomes
@@ -395,8 +325,11 @@ fn raw_station(station: LayoutStation, indices: &[Option<usize>], nodes: &Number
     }
 }
 
-fn warn_of_unknown_speeds(edges: &[LayoutEdge], report: &mut Report<'_>) {
-    let mut unknown = edges.iter().filter(|edge| edge.speed.is_none());
+fn warn_of_unknown_speeds<'a>(
+    edges: impl Iterator<Item = &'a LayoutEdge>,
+    report: &mut Report<'_>,
+) {
+    let mut unknown = edges.filter(|edge| edge.speed.is_none());
     let Some(first) = unknown.next() else { return };
     let others = unknown.count();
     let who = if others == 0 {
