@@ -264,5 +264,5 @@ pub(crate) fn read_layout<'text>(
 /// Returns the other files that a layout needs: the picture of a ROS map, or the second of two
 /// tables.
 pub fn companions(path: &Path) -> Vec<PathBuf> {
-    csv::sibling(path).into_iter().chain(ros_map::picture(path)).collect()
+    csv::sibling::sibling(path).into_iter().chain(ros_map::picture(path)).collect()
 }

@@ -16,6 +16,9 @@ use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, closest, explain};
 use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
 
+/// The largest number of warnings about the layout of a scenario.
+const MAX_WARNINGS: usize = 20;
+
 impl Scenario {
     /// Reads a scenario and its graph.
     ///
@@ -159,14 +162,27 @@ impl Scenario {
         let (graph, findings) = read_graph(&file.graph, &options)?;
         let scenario = resolve::resolve(file, source, graph, overrides)?;
         let all_turn = scenario.robot_types.iter().all(|kind| kind.max_rotation_speed > 0.0);
-        let of_layout = findings
-            .as_slice()
-            .iter()
-            .filter(|finding| !(all_turn && finding.kind == FindingKind::TurnsAtNodes))
-            .map(ToString::to_string);
-        let warnings = of_layout.chain(scenario.warnings).collect();
+        let mut warnings = warnings_of_layout(&findings, all_turn);
+        warnings.extend(scenario.warnings);
         Ok(Scenario { warnings, ..scenario })
     }
+}
+
+/// Returns the first warnings about the layout, and the number of the others. If all robots can
+/// turn on the spot, those about turns at nodes don't matter.
+fn warnings_of_layout(findings: &Findings, all_turn: bool) -> Vec<String> {
+    let relevant = findings
+        .as_slice()
+        .iter()
+        .filter(|finding| !(all_turn && finding.kind == FindingKind::TurnsAtNodes));
+    let mut warnings: Vec<String> =
+        relevant.clone().take(MAX_WARNINGS).map(ToString::to_string).collect();
+    let mut others = relevant.skip(MAX_WARNINGS);
+    if let Some(first) = others.next() {
+        let (file, count) = (&first.file, others.count() + 1);
+        warnings.push(format!("{file}: {count} more warnings: `regatta graph check` lists them"));
+    }
+    warnings
 }
 
 /// Returns the options of reading the layout of a scenario. Those of the command line override
@@ -307,5 +323,26 @@ mod tests {
         {
             assert!(is_layout(text), "{text}");
         }
+    }
+
+    #[test]
+    fn a_layout_with_many_warnings_has_some_of_them_and_their_number() {
+        // Each edge has a curve that doesn't end at its node.
+        let edges: String = (1..=30)
+            .map(|id| format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, CurveType: Bezier, VelocityForward: 1, ControlPoints: [[0, 0], [1, 0], [2, 0], [3, 0]]}}\n"))
+            .collect();
+        let layout = format!(
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 4, Y: 0, Theta: 0}}\nEdges:\n{edges}"
+        );
+        let scenario = Scenario::from_texts(
+            "graph: g.yaml\nrobots: [{node: 1}]\n",
+            &layout,
+            Path::new("s.yaml"),
+            &Overrides::default(),
+        )
+        .expect("a scenario");
+        assert_eq!(scenario.warnings.len(), MAX_WARNINGS + 1, "{:?}", scenario.warnings);
+        let last = scenario.warnings.last().expect("a warning");
+        assert!(last.contains(" more warnings: `regatta graph check` lists them"), "{last}");
     }
 }

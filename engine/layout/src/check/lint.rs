@@ -17,6 +17,9 @@ use crate::model::value::{duration, plural, shorten};
 /// The largest number of nodes that a warning lists.
 const MAX_EXAMPLES: usize = 5;
 
+/// The largest number of nodes with a warning of their own about headings that jump there.
+const MAX_JUMPS: usize = 10;
+
 /// The other handle convention is suggested if it shortens the curves to less than this fraction of
 /// their length.
 const CLEARLY_SHORTER: f64 = 0.95;
@@ -31,11 +34,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     warn_of_corners(graph, raw, report);
     warn_of_crawling(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
-    if raw.is_imported {
-        linter.count_jumps();
-    } else {
-        linter.warn_of_jumps();
-    }
+    linter.warn_of_jumps();
     linter.warn_of_dead_ends();
     linter.warn_of_unreachable();
 }
@@ -109,22 +108,27 @@ fn warn_of_corners(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) 
 
 /// Warns of edges that take robots more than an hour: their speeds are in another unit, mostly.
 fn warn_of_crawling(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
-    for leg in legs(graph.edges()) {
-        let Some(speed) = graph.leg_speed(leg) else { continue };
-        let seconds = graph.edge(leg.edge).path.length() / speed;
-        if seconds <= LONGEST_DRIVE {
-            continue;
-        }
-        let gear = match leg.gear {
-            Gear::Forward => "",
-            Gear::Reverse => " in reverse gear",
-        };
-        let message = format!(
-            "robots take {} to drive it{gear}, at {speed} m/s: check the speed and its unit",
-            duration(seconds)
-        );
-        raw.edges[leg.edge.0 as usize].report(Severity::Warning, &message, report);
-    }
+    let timed = legs(graph.edges()).filter_map(|leg| {
+        let speed = graph.leg_speed(leg)?;
+        Some((leg, speed, graph.edge(leg.edge).path.length() / speed))
+    });
+    let slow: Vec<_> = timed.filter(|(.., seconds)| *seconds > LONGEST_DRIVE).collect();
+    let Some(&(leg, speed, seconds)) = slow.iter().max_by(|a, b| a.2.total_cmp(&b.2)) else {
+        return;
+    };
+    let gear = match leg.gear {
+        Gear::Forward => "",
+        Gear::Reverse => " in reverse gear",
+    };
+    let others = match slow.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and over an hour for {})", plural(more, "more edge")),
+    };
+    let message = format!(
+        "robots take {} to drive it{gear}, at {speed} m/s{others}: check the speed and its unit",
+        duration(seconds)
+    );
+    raw.edges[leg.edge.0 as usize].report(Severity::Warning, &message, report);
 }
 
 /// Reports the warnings about single nodes.
@@ -139,37 +143,46 @@ impl NodeLinter<'_, '_, '_> {
         self.raw.nodes[node.0 as usize].report(Severity::Warning, message, self.report);
     }
 
-    /// Reports one warning for all nodes. In layouts of other systems, lanes are straight, so that
-    /// robots turn at nearly all nodes.
-    fn count_jumps(&mut self) {
-        let nodes = jumps(self.graph).len();
-        if nodes > 0 {
-            let message = format!(
-                "the heading changes by more than {:.0}° at {}: robots turn there if their type \
-                 has a max_rotation_speed; otherwise their heading jumps",
-                SMOOTH_TURN.to_degrees(),
-                plural(nodes, "node")
-            );
-            let kind = FindingKind::TurnsAtNodes;
-            self.report.add_kind(kind, Severity::Warning, 0, Subject::File, message);
+    /// Reports one warning for all nodes in layouts of other systems, and in those made of them:
+    /// their lanes are straight, so that robots turn at nearly all nodes. Otherwise there is one
+    /// for each node.
+    fn warn_of_jumps(&mut self) {
+        let jumps = jumps(self.graph);
+        if jumps.is_empty() {
+            return;
+        }
+        if self.raw.is_imported || jumps.len() > MAX_JUMPS {
+            return self.count_jumps(jumps.len());
+        }
+        for (node, jump, count) in jumps {
+            self.warn_of_jump(node, jump, count);
         }
     }
 
-    fn warn_of_jumps(&mut self) {
-        for (node, Jump { angle, from, to }, count) in jumps(self.graph) {
-            let others = match count {
-                1 => String::new(),
-                count => format!(" (and after {})", plural(count - 1, "more edge")),
-            };
-            let message = format!(
-                "the heading jumps by {:.1}° from edge {} to edge {}{others}: make one of them a \
-                 Spline, or turn the node",
-                angle.to_degrees(),
-                leg_name(self.graph, from),
-                leg_name(self.graph, to),
-            );
-            self.warn(node, &message);
-        }
+    fn count_jumps(&mut self, nodes: usize) {
+        let message = format!(
+            "the heading changes by more than {:.0}° at {}: robots turn there if their type has a \
+             max_rotation_speed; otherwise their heading jumps",
+            SMOOTH_TURN.to_degrees(),
+            plural(nodes, "node")
+        );
+        let kind = FindingKind::TurnsAtNodes;
+        self.report.add_kind(kind, Severity::Warning, 0, Subject::File, message);
+    }
+
+    fn warn_of_jump(&mut self, node: NodeIndex, Jump { angle, from, to }: Jump, count: usize) {
+        let others = match count {
+            1 => String::new(),
+            count => format!(" (and after {})", plural(count - 1, "more edge")),
+        };
+        let message = format!(
+            "the heading jumps by {:.1}° from edge {} to edge {}{others}: make one of them a \
+             Spline, or turn the node",
+            angle.to_degrees(),
+            leg_name(self.graph, from),
+            leg_name(self.graph, to),
+        );
+        self.warn(node, &message);
     }
 
     fn warn_of_dead_ends(&mut self) {

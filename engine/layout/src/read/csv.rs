@@ -2,11 +2,11 @@
 
 mod columns;
 mod rows;
+pub(crate) mod sibling;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec2;
@@ -14,6 +14,7 @@ use regatta_base::bezier::CubicBezier;
 
 use self::columns::Columns;
 use self::rows::{EdgeRow, Row};
+use self::sibling::{EDGE_WORDS, NODE_WORDS, sibling_files};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
@@ -24,9 +25,11 @@ use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 /// The largest number of columns of a table.
 const MAX_COLUMNS: usize = 200;
 
-/// The words that identify a file of nodes or of edges by its name.
-const NODE_WORDS: [&str; 3] = ["nodes", "vertices", "points"];
-const EDGE_WORDS: [&str; 4] = ["edges", "lanes", "paths", "links"];
+/// The largest number of columns that a warning names.
+const MAX_EXAMPLES: usize = 5;
+
+/// The largest number of warnings with different texts.
+const MAX_WARNINGS: usize = 100;
 
 /// Reads a table of nodes and a table of edges.
 ///
@@ -41,6 +44,7 @@ pub(crate) fn read<'text>(
     let mut reader = Reader {
         report,
         ignored: Ignored::default(),
+        warnings: BTreeMap::new(),
         other: None,
         scale,
         nodes: Vec::new(),
@@ -51,6 +55,7 @@ pub(crate) fn read<'text>(
     if reader.is_incomplete() {
         reader.sibling(source)?;
     }
+    reader.report_warnings();
     reader.select_level(options.level.as_deref())?;
     reader.layout()
 }
@@ -58,6 +63,9 @@ pub(crate) fn read<'text>(
 struct Reader<'r, 'text> {
     report: &'r mut Report<'text>,
     ignored: Ignored,
+    /// By message: the byte offset and the text of its first occurrence, and the number of
+    /// occurrences.
+    warnings: BTreeMap<String, ((u32, String), usize)>,
     /// The name of the second file while it is read.
     other: Option<String>,
     /// The metres of one unit, for columns without a unit.
@@ -74,6 +82,22 @@ struct Place {
     /// The byte offset.
     at: u32,
     line: u64,
+}
+
+impl Place {
+    /// Returns the place of a row, which begins at `position` or after the empty lines and comments
+    /// there.
+    fn of_row(text: &str, position: &::csv::Position) -> Self {
+        let (mut at, mut line) = (position.byte() as usize, position.line());
+        for content in text.get(at..).unwrap_or_default().split_inclusive('\n') {
+            if !content.starts_with(['\n', '\r', '#']) {
+                break;
+            }
+            at += content.len();
+            line += 1;
+        }
+        Self { at: at as u32, line }
+    }
 }
 
 impl Reader<'_, '_> {
@@ -95,10 +119,9 @@ impl Reader<'_, '_> {
             if !has_row {
                 break;
             }
-            let place = record.position().map_or(Place { at: 0, line: 1 }, |position| Place {
-                at: position.byte() as u32,
-                line: position.line(),
-            });
+            let place = record
+                .position()
+                .map_or(Place { at: 0, line: 1 }, |position| Place::of_row(text, position));
             if count > MAX_ENTRIES || record.len() > MAX_COLUMNS {
                 let limit = format!(
                     "more than {MAX_ENTRIES} rows or {MAX_COLUMNS} columns: split the table"
@@ -120,6 +143,7 @@ impl Reader<'_, '_> {
                     );
                     return Err(self.syntax(place.line, &message));
                 }
+                self.warn_of_properties(&header, place);
                 columns = Some(header);
                 continue;
             }
@@ -131,6 +155,25 @@ impl Reader<'_, '_> {
             self.row(Row { columns, cells: &record, place, has_decimal_comma: separator != b',' });
         }
         Ok(())
+    }
+
+    /// Warns of columns that aren't understood.
+    fn warn_of_properties(&mut self, header: &Columns, place: Place) {
+        let names: Vec<String> =
+            header.properties().map(|(_, column)| format!("`{}`", shorten(&column.name))).collect();
+        let (shown, others) = names.split_at(names.len().min(MAX_EXAMPLES));
+        let more = match others.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let what = if header.is_edges { "edges" } else { "nodes" };
+        if !shown.is_empty() {
+            let message = format!(
+                "columns of {what} that aren't understood are kept as properties: {}{more}",
+                shown.join(", ")
+            );
+            self.warning(place, &message);
+        }
     }
 
     /// Whether a table is missing. A table with errors doesn't count as missing: its errors are
@@ -233,9 +276,21 @@ impl Reader<'_, '_> {
         self.report.file_error(at, message);
     }
 
+    /// Adds a warning, which is reported once with its number of occurrences.
     fn warning(&mut self, place: Place, message: &str) {
-        let (at, message) = self.located(place, message);
-        self.report.file_warning(at, message);
+        if let Some((_, count)) = self.warnings.get_mut(message) {
+            *count += 1;
+        } else if self.warnings.len() < MAX_WARNINGS {
+            let (at, located) = self.located(place, message);
+            self.warnings.insert(message.to_owned(), ((at, located), 1));
+        }
+    }
+
+    fn report_warnings(&mut self) {
+        for ((at, message), count) in std::mem::take(&mut self.warnings).into_values() {
+            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
+            self.report.file_warning(at, message + &times);
+        }
     }
 
     /// Messages about the second file name it, since findings have places in the first.
@@ -269,37 +324,6 @@ fn separator(text: &str) -> u8 {
         .into_iter()
         .max_by_key(|separator| first.bytes().filter(|byte| byte == separator).count())
         .unwrap_or(b',')
-}
-
-/// Returns the file with the other table of a file that has only one.
-pub(crate) fn sibling(path: &Path) -> Option<PathBuf> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let source = Source { text: "", folder, stem: path.file_stem()?.to_str()? };
-    let edges = sibling_files(source, &NODE_WORDS, &EDGE_WORDS);
-    let nodes = sibling_files(source, &EDGE_WORDS, &NODE_WORDS);
-    edges.into_iter().chain(nodes).find(|file| file.is_file() && file != path)
-}
-
-/// Returns the possible paths of the other table: the file's own name with another word.
-fn sibling_files(source: Source<'_>, words: &[&str], others: &[&str]) -> Vec<PathBuf> {
-    let lowercase = source.stem.to_ascii_lowercase();
-    let found = words.iter().find_map(|word| Some((lowercase.find(word)?, word.len())));
-    let Some((at, length)) = found else { return Vec::new() };
-    let (before, after) = (&source.stem[..at], &source.stem[at + length..]);
-    let is_capital = source.stem[at..].starts_with(|letter: char| letter.is_ascii_uppercase());
-    let mut files = Vec::new();
-    for word in others {
-        let (first, rest) = word.split_at(1);
-        let word = if is_capital {
-            format!("{}{rest}", first.to_ascii_uppercase())
-        } else {
-            (*word).to_owned()
-        };
-        for ending in ["csv", "tsv", "txt", "CSV"] {
-            files.push(source.folder.join(format!("{before}{word}{after}.{ending}")));
-        }
-    }
-    files
 }
 
 /// Whether a row can be a header. A header names at least the two ends of an edge, or x and y.

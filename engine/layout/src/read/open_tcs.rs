@@ -3,6 +3,7 @@
 //! Points are nodes, paths are edges, and locations are stations. Positions are in millimetres. The
 //! drawing gives the shape of a path. See `docs/formats/opentcs.md`.
 
+mod blocks;
 mod drawing;
 mod element;
 mod locations;
@@ -14,6 +15,7 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
+use self::blocks::Blocks;
 use self::drawing::Drawing;
 use self::element::Element;
 use crate::model::finding::Report;
@@ -21,15 +23,14 @@ use crate::model::options::ReadOptions;
 use crate::model::path::Path;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
-use crate::model::zones::ZoneRule;
-use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
-use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutZone, Shape};
+use crate::read::file::{Ignored, Source, SyntaxError};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 
 /// The prefix of the names of properties that our writer adds.
 pub(crate) const OWN: &str = "regatta:";
 
-/// The largest number of blocks of a point, path or location that are listed.
-const MAX_BLOCKS: usize = 20;
+/// The largest number of paths that a warning names.
+const MAX_EXAMPLES: usize = 5;
 
 type Properties = BTreeMap<Box<str>, Box<str>>;
 
@@ -55,7 +56,13 @@ pub(crate) fn read<'text>(
     if options.level.is_some() {
         report.file_warning(0, "plant models of openTCS have no levels: all of it is read");
     }
-    let mut reader = Reader { ignored, report, drawing: Drawing::default(), inherited: 0 };
+    let mut reader = Reader {
+        ignored,
+        report,
+        drawing: Drawing::default(),
+        left_out: BTreeMap::new(),
+        inherited: 0,
+    };
     reader.version(&mut model);
     reader.drawing = Drawing::read(&mut model, &mut reader.ignored);
     let layout = reader.layout(&mut model);
@@ -78,6 +85,8 @@ struct Reader<'r, 'text> {
     ignored: Ignored,
     report: &'r mut Report<'text>,
     drawing: Drawing,
+    /// The paths that are left out, with their byte offsets, by reason.
+    left_out: BTreeMap<&'static str, Vec<(u32, String)>>,
     /// The number of bytes that locations have inherited from their types.
     inherited: usize,
 }
@@ -116,6 +125,7 @@ impl Reader<'_, '_> {
         let paths = model.take_children("path").into_iter();
         let (mut edges, edge_owns): (Vec<_>, Vec<_>) =
             paths.filter_map(|element| self.edge(element, &positions, &blocks)).unzip();
+        self.report_left_out();
         let zones = blocks.zones(&nodes, &edges);
         self.drawing.report(self.report);
         let mut stations = self.stations(model, &blocks);
@@ -206,16 +216,16 @@ impl Reader<'_, '_> {
         let [speed, reverse] =
             ["maxVelocity", "maxReverseVelocity"].map(|name| element.take_number(&[name]));
         let reason = match (element.take(&["locked"]).as_deref(), speed, reverse) {
-            (Some("true" | "1"), ..) => Some("is locked"),
+            (Some("true" | "1"), ..) => Some("locked"),
             (_, Some(speed), reverse)
                 if speed <= 0.0 && reverse.is_none_or(|reverse| reverse <= 0.0) =>
             {
-                Some("may be driven in neither direction")
+                Some("driven in neither direction")
             }
             _ => None,
         };
         if let Some(reason) = reason {
-            self.report.file_warning(at, format!("path `{}` {reason}: left out", shorten(&id)));
+            self.left_out.entry(reason).or_default().push((at, id));
             return None;
         }
         let ends = [&origin, &destination].map(|end| (end.as_str(), positions.get(end).copied()));
@@ -239,6 +249,21 @@ impl Reader<'_, '_> {
             ..LayoutEdge::default()
         };
         Some((forward(edge), own))
+    }
+
+    /// Reports the paths that are left out, once for each reason.
+    fn report_left_out(&mut self) {
+        for (reason, paths) in std::mem::take(&mut self.left_out) {
+            let names = paths.iter().take(MAX_EXAMPLES).map(|(_, id)| format!("`{}`", shorten(id)));
+            let names = names.collect::<Vec<_>>().join(", ");
+            let [what, is] = if paths.len() == 1 { ["path", "is"] } else { ["paths", "are"] };
+            let more = match paths.len().saturating_sub(MAX_EXAMPLES) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            let at = paths.first().map_or(0, |(at, _)| *at);
+            self.report.file_warning(at, format!("{what} {names}{more} {is} {reason}: left out"));
+        }
     }
 
     /// Returns the name-independent tags of a point or a path.
@@ -272,95 +297,6 @@ impl Reader<'_, '_> {
                 self.ignored.add(vehicle.at, format!("property `{}` of a vehicle", shorten(&name)));
             }
         }
-    }
-
-    fn blocks(&mut self, model: &mut Element<'_>) -> Blocks {
-        let mut blocks = Blocks::default();
-        for mut element in model.take_children("block") {
-            let (name, kind) = (element.take_text("name"), element.take_text("type"));
-            if name.len().max(kind.len()) > MAX_NAME {
-                let message = format!(
-                    "block `{}` has a name or a type of more than {MAX_NAME} bytes: shorten it",
-                    shorten(&name)
-                );
-                self.report.file_error(element.at, message);
-                continue;
-            }
-            for mut member in element.take_children("member") {
-                let indices = blocks.by_member.entry(member.take_text("name")).or_default();
-                if indices.last() == Some(&blocks.list.len()) {
-                    continue;
-                }
-                if indices.len() < MAX_BLOCKS {
-                    indices.push(blocks.list.len());
-                } else {
-                    self.ignored
-                        .add(element.at, format!("block whose member is in {MAX_BLOCKS} others"));
-                }
-            }
-            blocks.list.push(Block { at: element.at, name, kind });
-            for property in self.properties(&mut element, "a block").into_keys() {
-                self.ignored
-                    .add(element.at, format!("property `{}` of a block", shorten(&property)));
-            }
-            element.ignore_rest("a block", &mut self.ignored);
-        }
-        blocks
-    }
-}
-
-/// The blocks of a model: groups of points, paths and locations.
-#[derive(Default)]
-struct Blocks {
-    list: Vec<Block>,
-    /// The indices of the first blocks of a point, path or location.
-    by_member: BTreeMap<String, Vec<usize>>,
-}
-
-struct Block {
-    at: u32,
-    name: String,
-    kind: String,
-}
-
-impl Blocks {
-    /// Sets the zone to the first block of a member.
-    fn tag(&self, member: &str, tags: &mut Tags) {
-        let first = self.by_member.get(member).and_then(|indices| self.list.get(*indices.first()?));
-        let name = first.map_or("", |block| &block.name);
-        tags.zone = (!name.is_empty()).then(|| name.into());
-        tags.zone = take_own(&mut tags.properties, "zone").or(tags.zone.take());
-        tags.level = take_own(&mut tags.properties, "level");
-    }
-
-    /// Returns the blocks as zones; without those that have no points and no paths. `nodes` and
-    /// `edges` are those of all points and paths, with their names as ids.
-    fn zones(&self, nodes: &[LayoutNode], edges: &[LayoutEdge]) -> Vec<LayoutZone> {
-        let mut zones: Vec<LayoutZone> = self.list.iter().map(Block::zone).collect();
-        for (index, node) in nodes.iter().enumerate() {
-            for &block in self.by_member.get(&node.id).into_iter().flatten() {
-                zones[block].nodes.push(index);
-            }
-        }
-        for (index, edge) in edges.iter().enumerate() {
-            for &block in self.by_member.get(&edge.id).into_iter().flatten() {
-                zones[block].edges.push(index);
-            }
-        }
-        zones.retain(|zone| !zone.name.is_empty() && zone.nodes.len() + zone.edges.len() > 0);
-        zones
-    }
-}
-
-impl Block {
-    /// Returns the zone without members. Models of old versions know only blocks for one vehicle.
-    fn zone(&self) -> LayoutZone {
-        let rule = match self.kind.as_str() {
-            "SAME_DIRECTION_ONLY" => ZoneRule::SameDirection,
-            _ => ZoneRule::EXCLUSIVE,
-        };
-        let (nodes, edges) = (Vec::new(), Vec::new());
-        LayoutZone { at: self.at, name: self.name.clone(), rule, nodes, edges }
     }
 }
 

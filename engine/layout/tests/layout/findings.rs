@@ -1,7 +1,9 @@
 //! Tests each finding about a route graph file, and each way in which a file can't be read as a
 //! route graph.
 
-use regatta_layout::{GraphError, Handles, ReadOptions, Severity, Subject};
+use regatta_layout::{
+    FindingKind, Format, GraphError, Handles, ReadOptions, Severity, Subject, parse,
+};
 
 /// Two nodes. Together with [`EDGES`], a graph without findings.
 const NODES: &str = "Vertices:
@@ -572,4 +574,38 @@ fn findings_in_a_large_file_have_their_lines() {
         .expect_err("no YAML")
         .to_string();
     assert!(error.starts_with(&format!("g:{line}: not a route graph")), "{error}");
+}
+
+#[test]
+fn a_grid_has_one_warning_about_turns_after_a_conversion() {
+    let map = format!(
+        "type octile\nheight 30\nwidth 30\nmap\n{}",
+        format!("{}\n", ".".repeat(30)).repeat(30)
+    );
+    let options = ReadOptions::default();
+    let (graph, of_map) = parse(&map, "grid.map", &options).unwrap();
+    let yaml = regatta_layout::write(&graph, Format::Regatta).unwrap().text;
+    let (_, of_yaml) = parse(&yaml, "grid.yaml", &options).unwrap();
+    for findings in [of_map, of_yaml] {
+        let turns: Vec<_> = findings
+            .as_slice()
+            .iter()
+            .filter(|finding| finding.message.starts_with("the heading"))
+            .collect();
+        assert_eq!(turns.len(), 1);
+        assert!(turns[0].message.contains("by more than 5° at 900 nodes: robots turn there"));
+        assert_eq!(turns[0].kind, FindingKind::TurnsAtNodes);
+    }
+}
+
+#[test]
+fn speeds_in_another_unit_are_one_warning() {
+    let edges: String = (1..100).map(|id| format!("{},{id},0.001\n", id - 1)).collect();
+    let nodes: String = (0..100).map(|id| format!("{id},{},0\n", id * 10)).collect();
+    let text = format!("id,x,y\n{nodes}\nfrom,to,speed\n{edges}");
+    let (_, findings) = parse(&text, "map.csv", &ReadOptions::default()).unwrap();
+    let slow: Vec<_> =
+        findings.as_slice().iter().filter(|finding| finding.message.contains("its unit")).collect();
+    assert_eq!(slow.len(), 1, "{slow:?}");
+    assert!(slow[0].message.contains("(and over an hour for 98 more edges)"), "{}", slow[0]);
 }

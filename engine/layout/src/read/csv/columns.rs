@@ -107,6 +107,21 @@ impl Columns {
         is_header.then_some(columns)
     }
 
+    /// Returns the columns that are kept as properties.
+    pub fn properties(&self) -> impl Iterator<Item = (usize, &Column)> {
+        self.list.iter().enumerate().filter(|(_, column)| self.is_property(column.field))
+    }
+
+    fn is_property(&self, field: Field) -> bool {
+        match field {
+            Field::Other => true,
+            Field::Id | Field::Theta | Field::Name | Field::Level | Field::Zone => false,
+            // Edges have no positions and roles. Nodes have none of the other fields.
+            Field::X | Field::Y | Field::Role => self.is_edges,
+            _ => !self.is_edges,
+        }
+    }
+
     fn have(&self, fields: &[Field]) -> bool {
         fields.iter().all(|field| self.list.iter().any(|column| column.field == *field))
     }

@@ -124,17 +124,8 @@ impl<'a> Row<'a> {
         let [name, level, zone] =
             [Field::Name, Field::Level, Field::Zone].map(|field| self.text(field).map(Box::from));
         let mut tags = Tags { name, level, zone, ..Tags::default() };
-        for (column, cell) in self.columns.list.iter().zip(self.cells) {
-            let is_property = match column.field {
-                Field::Other => true,
-                Field::Id | Field::Theta | Field::Name | Field::Level | Field::Zone => false,
-                // Edges have no positions and roles. Nodes have none of the other fields.
-                Field::X | Field::Y | Field::Role => self.columns.is_edges,
-                _ => !self.columns.is_edges,
-            };
-            if is_property {
-                tags.set(&column.name, cell);
-            }
+        for (index, column) in self.columns.properties() {
+            tags.set(&column.name, self.cells.get(index).unwrap_or_default());
         }
         tags
     }

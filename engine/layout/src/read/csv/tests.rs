@@ -41,9 +41,16 @@ Id,From Node,to_node,Max Speed,Reverse Speed,Bidirectional,x1,y1,x2,y2,note
 fn both_tables_of_a_file_are_read() {
     let (graph, findings) = graph(BOTH);
     // Robots turn at both ends of edge 6.
-    assert!(
-        messages(&findings).lines().all(|line| line.contains("the heading changes by more than"))
-    );
+    let expected = [
+        "map.csv:1: warning: the heading changes by more than",
+        "map.csv:2: warning: columns of nodes that aren't understood are kept as properties: \
+         `Colour`",
+        "map.csv:7: warning: columns of edges that aren't understood are kept as properties: \
+         `note`",
+    ];
+    let messages = messages(&findings);
+    assert_eq!(messages.lines().count(), expected.len(), "{messages}");
+    assert!(messages.lines().zip(expected).all(|(line, start)| line.starts_with(start)));
     let dock = &graph.nodes()[0];
     assert_eq!(
         (dock.id, dock.position, dock.theta, dock.role),
@@ -155,6 +162,16 @@ fn mistakes_are_reported() {
     ] {
         assert!(messages.contains(message), "{messages}");
     }
+}
+
+#[test]
+fn the_same_warning_about_many_rows_is_one() {
+    let nodes: String = (0..100).map(|id| format!("{id},{id},0,shelf\n")).collect();
+    let edges: String = (1..100).map(|id| format!("{},{id},both\n", id - 1)).collect();
+    let (_, findings) = graph(&format!("id,x,y,role\n{nodes}\nfrom,to,bidirectional\n{edges}"));
+    let messages = messages(&findings);
+    assert_eq!(messages.matches("`shelf` is not a role").count(), 1, "{messages}");
+    assert!(messages.contains("use yes or no (99 times)"), "{messages}");
 }
 
 #[test]

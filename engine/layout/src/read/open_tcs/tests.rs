@@ -9,6 +9,7 @@ use super::*;
 use crate::model::finding::Findings;
 use crate::model::options::ReadOptions;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
+use crate::model::zones::ZoneRule;
 use crate::parse;
 use crate::read::file::GraphError;
 
