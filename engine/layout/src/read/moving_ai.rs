@@ -1,4 +1,4 @@
-//! Grid maps and scenarios of the MovingAI benchmarks.
+//! Grid maps and scenarios of the MovingAI benchmarks, and grid maps of the League of Robot Runners.
 //!
 //! The centre of each free cell becomes a node, and an edge leads to each free cell beside, above
 //! and below it. The id of a node is `row × width + column`, counted from the top left corner as in
@@ -8,10 +8,13 @@ mod scen;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
+
 use glam::DVec2;
 
 use crate::model::finding::Report;
 use crate::model::options::{Millimetres, ReadOptions};
+use crate::model::tags::Role;
 use crate::read::file::{Ignored, Source, SyntaxError};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode};
 
@@ -58,7 +61,8 @@ pub(crate) fn read<'text>(
     let grid = Grid::read(header, source.text, report)?;
     let cell = f64::from(options.cell_size.unwrap_or(DEFAULT_CELL).0) / 1000.0;
     if grid.free.is_empty() {
-        report.file_error(0, "the map has no free cell: free cells are written `.`, `G` or `S`");
+        report
+            .file_error(0, "the map has no free cell: free cells are written `.`, `G`, `S` or `E`");
     }
     Ok(Layout { nodes: nodes(&grid, cell), edges: edges(&grid), ..Layout::default() })
 }
@@ -113,12 +117,16 @@ fn side(line: usize, key: &str, value: Option<&str>) -> Result<usize, SyntaxErro
 }
 
 /// The cells of a map.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Grid {
     width: usize,
     height: usize,
     /// `row × width + column` of each free cell, ascending, with its byte offset.
     free: Vec<(usize, u32)>,
+    /// The cells of these letters, ascending: `S`, where robots pick, and `E`, where they drop, in
+    /// maps of the League of Robot Runners.
+    pick: BTreeSet<usize>,
+    drop: BTreeSet<usize>,
     /// Whether a cell is free, row by row. Cells that are missing in the text are absent, as there
     /// may be many.
     is_free: Vec<bool>,
@@ -129,8 +137,7 @@ struct Grid {
 impl Grid {
     fn read(header: Header, text: &str, report: &mut Report<'_>) -> Result<Self, SyntaxError> {
         let Header { width, height, cells_at, .. } = header;
-        let mut grid =
-            Self { width, height, free: Vec::new(), is_free: Vec::new(), starts: Vec::new() };
+        let mut grid = Self { width, height, ..Self::default() };
         let mut ignored = Ignored::default();
         let mut at = cells_at;
         let mut rows = 0;
@@ -166,6 +173,11 @@ impl Grid {
             let is_free = is_free(cell, at + offset, ignored);
             if is_free {
                 self.free.push((first + column, (at + offset) as u32));
+                match cell {
+                    'S' => drop(self.pick.insert(first + column)),
+                    'E' => drop(self.drop.insert(first + column)),
+                    _ => {}
+                }
             }
             self.is_free.push(is_free);
         }
@@ -177,6 +189,17 @@ impl Grid {
             );
         } else if row.trim_end().chars().nth(self.width).is_some() {
             ignored.add(at as u32, "cells beyond the width of the map");
+        }
+    }
+
+    /// Returns the role of a cell. In other maps, which have no `E`, `S` is a swamp.
+    fn role(&self, cell: usize) -> Role {
+        if self.drop.contains(&cell) {
+            Role::Drop
+        } else if self.pick.contains(&cell) && !self.drop.is_empty() {
+            Role::Pick
+        } else {
+            Role::None
         }
     }
 
@@ -195,7 +218,7 @@ impl Grid {
 /// Returns whether robots can stand on a cell.
 fn is_free(cell: char, at: usize, ignored: &mut Ignored) -> bool {
     match cell {
-        '.' | 'G' | 'S' => true,
+        '.' | 'G' | 'S' | 'E' => true,
         '@' | 'O' | 'T' | 'W' => false,
         other => {
             ignored.add(
@@ -220,6 +243,7 @@ fn nodes(grid: &Grid, cell_size: f64) -> Vec<LayoutNode> {
             id: cell.to_string(),
             position: DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_size,
             heading: Some(heading),
+            role: grid.role(cell),
             ..LayoutNode::default()
         });
     }

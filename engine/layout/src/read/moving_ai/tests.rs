@@ -7,6 +7,7 @@ use super::{scen, scenario_yaml};
 use crate::model::finding::Findings;
 use crate::model::options::{Millimetres, ReadOptions};
 use crate::model::route_graph::RouteGraph;
+use crate::model::tags::Role;
 use crate::read::parse;
 
 fn sample(name: &str) -> String {
@@ -50,6 +51,17 @@ fn the_bottom_left_corner_is_the_origin() {
     let (small, _) =
         parse("type octile\nheight 1\nwidth 2\nmap\nGS", "test.map", &options).expect("a map");
     assert_eq!(small.nodes()[1].position, DVec2::new(0.375, 0.125));
+}
+
+#[test]
+fn letters_of_the_league_of_robot_runners_are_roles() {
+    let (map, findings) = graph("type octile\nheight 3\nwidth 5\nmap\n.....\nESS@E\n.....\n");
+    assert_eq!(map.nodes().len(), 14, "{}", messages(&findings));
+    let role = |id| map.node(map.node_by_id(id).expect("a node")).role;
+    assert_eq!([role(5), role(6), role(9)], [Role::Drop, Role::Pick, Role::Drop]);
+    // Without an `E`, `S` is a swamp.
+    let (swamp, _) = graph("type octile\nheight 1\nwidth 2\nmap\n.S\n");
+    assert!(swamp.nodes().iter().all(|node| node.role == Role::None));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //!
 //! Lists and maps are kept as JSON. Our writer turns the JSON into lists and maps again.
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use serde_json::Value;
@@ -32,17 +33,25 @@ pub(super) struct Special {
 /// that are read elsewhere.
 pub(super) fn read(feature: &Feature, known: &[&str], ignored: &mut Ignored) -> (Tags, Special) {
     let (mut tags, mut special) = (Tags::default(), Special::default());
-    for (key, value) in feature.properties.iter().filter(|(key, _)| !known.contains(&key.as_str()))
-    {
-        match value {
-            Value::Object(metadata) if key == "metadata" => {
-                for (key, value) in metadata {
-                    if !take(key, value, &mut tags, &mut special) {
-                        keep(key, value, feature, &mut tags, ignored);
-                    }
-                }
-            }
-            value => keep(key, value, feature, &mut tags, ignored),
+    let metadata = feature.properties.get("metadata").and_then(Value::as_object);
+    let mut taken = BTreeSet::new();
+    for (key, value) in metadata.into_iter().flatten() {
+        if take(key, value, &mut tags, &mut special) {
+            taken.insert(key.as_str());
+        }
+    }
+    // Other programs write the same keys beside `metadata`.
+    for (key, value) in &feature.properties {
+        if known.contains(&key.as_str()) || (key == "metadata" && metadata.is_some()) {
+            continue;
+        }
+        if taken.contains(key.as_str()) || !take(key, value, &mut tags, &mut special) {
+            keep(key, value, feature, &mut tags, ignored);
+        }
+    }
+    for (key, value) in metadata.into_iter().flatten() {
+        if !taken.contains(key.as_str()) {
+            keep(key, value, feature, &mut tags, ignored);
         }
     }
     (tags, special)

@@ -274,6 +274,30 @@ fn boxes_and_third_coordinates_are_listed() {
     );
 }
 
+#[test]
+fn keys_beside_metadata_are_those_of_metadata() {
+    let point = |id: u32, x: u32, keys: &str| {
+        format!(
+            r#"{{"type": "Feature", "properties": {{"id": {id}{keys}}}, "geometry": {{"type": "Point", "coordinates": [{x}, 0]}}}},"#
+        )
+    };
+    let text = format!(
+        r#"{{"type": "FeatureCollection", "features": [{}{}
+        {{"type": "Feature", "properties": {{"id": 9, "startid": 0, "endid": 3, "abs_speed_limit": 0.5, "frame": "map"}},
+          "geometry": {{"type": "LineString", "coordinates": [[0, 0], [5, 0]]}}}}]}}"#,
+        point(0, 0, r#", "name": "dock", "yaw": 1.571, "colour": "red""#),
+        point(3, 5, r#", "name": "outer", "metadata": {"name": "bench", "role": "charge"}"#),
+    );
+    let (graph, findings) = parse(&text, "g.geojson", &ReadOptions::default()).expect("a graph");
+    let messages = findings.as_slice().iter().map(ToString::to_string).collect::<String>();
+    let [dock, bench] = graph.nodes() else { panic!("two nodes") };
+    assert_eq!((dock.name(), dock.theta), (Some("dock"), 1.571), "{messages}");
+    assert_eq!(dock.tags.as_ref().expect("tags").properties["colour"].as_ref(), "red");
+    assert_eq!((bench.name(), bench.role), (Some("bench"), Role::Charge));
+    assert_eq!(bench.tags.as_ref().expect("tags").properties["name"].as_ref(), "outer");
+    assert_eq!(graph.edges()[0].speed, 0.5);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
