@@ -20,6 +20,7 @@ mod ros_map;
 
 use std::path::{Path, PathBuf};
 
+pub use self::detect::is_unread;
 use self::encoding::{Doubt, SourceText};
 use self::file::{
     GraphError, MAX_ENTRIES, MAX_FILE_BYTES, Source, SyntaxError, line_at, read_file, too_large,
@@ -117,6 +118,7 @@ fn parse_raw<'text>(
 ) -> Result<(RawGraph, Report<'text>), GraphError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     reject_hostile(text, name)?;
+    detect::reject_unread(text).map_err(|error| syntax(name, error))?;
     let format = options.format.unwrap_or_else(|| Format::detect(text));
     // Only the reader of our own format reads large files part by part.
     let parts = if format == Format::Regatta { regatta::parts_of_large(text) } else { None };

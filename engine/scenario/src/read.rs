@@ -237,7 +237,7 @@ fn is_benchmark(text: &str) -> bool {
 /// Whether a text is a layout of some format rather than a scenario.
 fn is_layout(text: &str) -> bool {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if Format::detect(text) != Format::Regatta {
+    if Format::detect(text) != Format::Regatta || layout::read::is_unread(text) {
         return true;
     }
     let mut has_graph_key = false;

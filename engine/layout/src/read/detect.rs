@@ -1,6 +1,7 @@
 //! The format of a file by its content.
 
 use crate::model::format::Format;
+use crate::read::file::SyntaxError;
 
 /// The number of bytes at the start of a text that are searched for a format's words.
 const HEAD: usize = 64 << 10;
@@ -26,6 +27,82 @@ impl Format {
             return format;
         }
         if is_csv(start) { Format::Csv } else { Format::Regatta }
+    }
+}
+
+/// Returns an error for a file of another kind that is easily taken for a layout, and isn't read.
+pub(crate) fn reject_unread(text: &str) -> Result<(), SyntaxError> {
+    match unread(text) {
+        Some((kind, remedy)) => {
+            Err(SyntaxError::new(1, format!("this is {kind}, which isn't read: {remedy}")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Whether a text is of a kind that isn't read, though it describes places or roads.
+pub fn is_unread(text: &str) -> bool {
+    unread(text).is_some()
+}
+
+/// Returns the kind of a text that isn't read, and what to give instead.
+fn unread(text: &str) -> Option<(&'static str, &'static str)> {
+    let start = text.trim_start();
+    let head = &start[..start.floor_char_boundary(HEAD)];
+    if start.starts_with('<') {
+        let root = root_element(head)?;
+        return UNREAD_XML
+            .iter()
+            .find(|(name, ..)| *name == root)
+            .map(|(_, kind, remedy)| (*kind, *remedy));
+    }
+    let unread = UNREAD_JSON
+        .iter()
+        .filter(|_| start.starts_with('{'))
+        .find(|(keys, ..)| keys.iter().all(|key| text.contains(&format!("\"{key}\""))));
+    unread.map(|(_, kind, remedy)| (*kind, *remedy))
+}
+
+/// Kinds of XML by their outermost element.
+const UNREAD_XML: [(&str, &str, &str); 5] = [
+    ("net", "a road network of SUMO", TABLES),
+    ("osm", "a map of OpenStreetMap", TABLES),
+    ("graphml", "a graph in GraphML", TABLES),
+    ("svg", "a picture in SVG", "save the drawing as DXF in ASCII"),
+    ("kml", "a map in KML", TABLES),
+];
+
+/// Kinds of JSON by some of their keys.
+const UNREAD_JSON: [(&[&str], &str, &str); 2] = [
+    (
+        &["format_version", "anchors", "navigation"],
+        "a site of Open-RMF's site editor",
+        "export the navigation graph (`*.nav.yaml`) there",
+    ),
+    (
+        &["mapFile", "agentFile", "teamSize"],
+        "a problem of the League of Robot Runners",
+        "give the map that its `mapFile` names",
+    ),
+];
+
+const TABLES: &str = "convert it to tables of nodes and edges (CSV), in metres";
+
+/// Returns the name of the outermost element of an XML text, without a prefix.
+fn root_element(text: &str) -> Option<&str> {
+    let mut rest = text;
+    loop {
+        let (_, tag) = rest.split_once('<')?;
+        let end = match tag.as_bytes().first()? {
+            b'?' => "?>",
+            b'!' if tag.starts_with("!--") => "-->",
+            b'!' => ">",
+            _ => {
+                let name = tag.split([' ', '\t', '\r', '\n', '>', '/']).next()?;
+                return Some(name.rsplit_once(':').map_or(name, |(_, name)| name));
+            }
+        };
+        rest = tag.split_once(end)?.1;
     }
 }
 
@@ -102,6 +179,25 @@ fn is_name(cell: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn kinds_that_are_not_read_are_named() {
+        for (text, kind) in [
+            ("<?xml version=\"1.0\"?>\n<!-- <model> -->\n<net version=\"1.20\"/>", "SUMO"),
+            ("<svg:svg xmlns:svg=\"http://www.w3.org/2000/svg\"></svg:svg>", "SVG"),
+            (
+                "{\"format_version\": \"0.1\", \"anchors\": {}, \"navigation\": {}}",
+                "site of Open-RMF",
+            ),
+            ("{\"mapFile\": \"a\", \"agentFile\": \"b\", \"teamSize\": 3}", "Robot Runners"),
+        ] {
+            let error = reject_unread(text).expect_err(text);
+            assert!(error.message.contains(kind), "{text}: {}", error.message);
+        }
+        for text in ["<model/>", "<", "<?xml", "{}", "", "id,x,y\n"] {
+            assert!(!is_unread(text), "{text}");
+        }
+    }
 
     #[test]
     fn formats_are_told_by_their_content() {

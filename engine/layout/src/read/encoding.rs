@@ -169,6 +169,10 @@ fn binary(bytes: &[u8]) -> Option<(usize, &'static str)> {
     if bytes.starts_with(b"AC10") {
         return Some((0, "it is a drawing in DWG, save it as DXF in ASCII"));
     }
+    if bytes.starts_with(b"PK\x03\x04") {
+        let reason = "it is a workbook or another archive, save its tables as CSV (`CSV UTF-8`)";
+        return Some((0, reason));
+    }
     // The end of a text in DOS is 0x1a.
     let is_control = |byte: &u8| *byte < b' ' && !b"\t\n\x0b\x0c\r\x1a".contains(byte);
     let at = bytes.iter().position(is_control)?;
@@ -275,6 +279,7 @@ mod tests {
         for (bytes, part) in [
             (b"\x89PNG\r\n\x1a\n\0\0\xff".as_slice(), "binary file"),
             (b"AC1027\0\0\xff", "DWG"),
+            (b"PK\x03\x04\x14\0\x06\0\xff", "CSV UTF-8"),
             (b"i\0d\0\xfc\0", "UTF-16"),
         ] {
             let error = decode(bytes.to_vec()).expect_err("binary");

@@ -1,4 +1,4 @@
-//! Layouts in the VDMA's Layout Interchange Format (LIF) 1.0: JSON.
+//! Layouts in the VDMA's Layout Interchange Format (LIF), 1.0 and the draft of 2.0: JSON.
 //!
 //! Real files violate the specification: numbers are texts, keys are missing, curves don't start at
 //! their nodes. Where the meaning is clear, they are read with a warning.
@@ -7,6 +7,7 @@ mod edge;
 mod ids;
 pub(crate) mod node;
 mod object;
+mod origin;
 #[cfg(test)]
 mod tests;
 mod vehicle;
@@ -38,6 +39,8 @@ struct Sheet<'text> {
     at: u32,
     /// `layoutId`, `layoutName` and `layoutLevelId`.
     names: [Option<String>; 3],
+    /// `originId` of LIF 2.
+    origin: Option<String>,
     nodes: Vec<Raw<'text>>,
     edges: Vec<Raw<'text>>,
     stations: Vec<Raw<'text>>,
@@ -66,11 +69,15 @@ pub(crate) fn read<'text>(
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
     let mut fields: BTreeMap<String, &'text RawValue> = serde_json::from_str(source.text)?;
-    let layouts = fields.remove("layouts").map(RawValue::get).unwrap_or_default();
-    let Ok(layouts) = serde_json::from_str::<Vec<&RawValue>>(layouts) else {
-        let message = "no list `layouts`: a LIF file has `metaInformation` and `layouts`";
+    let [layouts, origins] = ["layouts", "origins"].map(|key| {
+        let list = fields.remove(key)?;
+        serde_json::from_str::<Vec<Raw<'text>>>(list.get()).ok()
+    });
+    if layouts.is_none() && origins.is_none() {
+        let message = "no list `layouts` or `origins`: a LIF file has `metaInformation`, and \
+                       `layouts` or, from version 2 on, `origins` with `layouts`";
         return Err(SyntaxError::new(1, message));
-    };
+    }
     let mut context = Context::new(source.text, report);
     if let Some(meta) = fields.remove("metaInformation") {
         check_version(meta, &mut context);
@@ -78,8 +85,12 @@ pub(crate) fn read<'text>(
     for (key, raw) in fields {
         context.ignored.add_key(context.at(raw), &key, "the file");
     }
-    let mut sheets: Vec<Sheet<'text>> =
-        layouts.into_iter().filter_map(|raw| Sheet::parse(raw, &mut context)).collect();
+    let mut sheets: Vec<Sheet<'text>> = layouts
+        .into_iter()
+        .flatten()
+        .filter_map(|raw| Sheet::parse(raw, None, &mut context))
+        .collect();
+    sheets.extend(origin::sheets(origins.unwrap_or_default(), &mut context));
     select(&mut sheets, options.level.as_deref(), &mut context);
     ignore_names(&sheets, &mut context);
     Ok(read_sheets(&sheets, options, context))
@@ -107,9 +118,9 @@ fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
     let Some(mut meta) = Object::parse(meta, "`metaInformation`", context) else { return };
     let version = meta.take_text("lifVersion", context);
     if let Some(version) =
-        version.filter(|version| !version.starts_with("0.") && !version.starts_with("1."))
+        version.filter(|version| !["0.", "1.", "2."].iter().any(|known| version.starts_with(known)))
     {
-        let message = format!("the file is of LIF {}: it is read as LIF 1.0", shorten(&version));
+        let message = format!("the file is of LIF {}: it is read as LIF 2.0", shorten(&version));
         context.warning(meta.at, message);
     }
     let own = Header::default();
@@ -124,7 +135,11 @@ fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
 }
 
 impl<'text> Sheet<'text> {
-    fn parse(raw: Raw<'text>, context: &mut Context<'_, 'text>) -> Option<Self> {
+    fn parse(
+        raw: Raw<'text>,
+        origin: Option<&str>,
+        context: &mut Context<'_, 'text>,
+    ) -> Option<Self> {
         let mut layout = Object::parse(raw, "a layout", context)?;
         let names = ["layoutId", "layoutName", "layoutLevelId"].map(|key| {
             let name = layout.take_text(key, context)?;
@@ -142,7 +157,8 @@ impl<'text> Sheet<'text> {
         layout.drop_own("layoutVersion", OWN_VERSION);
         layout.ignore_rest(context);
         let level = names[2].as_deref().map(Into::into);
-        Some(Self { at, names, nodes, edges, stations, is_read: true, level })
+        let origin = origin.map(str::to_owned);
+        Some(Self { at, names, origin, nodes, edges, stations, is_read: true, level })
     }
 
     /// Returns the name that identifies the layout best.
@@ -162,7 +178,8 @@ fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<
     }
     if let Some(wanted) = wanted {
         for sheet in &mut *sheets {
-            sheet.is_read = sheet.names.iter().flatten().any(|name| name == wanted);
+            let mut names = sheet.names.iter().chain([&sheet.origin]).flatten();
+            sheet.is_read = names.any(|name| name == wanted);
         }
         if !sheets.is_empty() && !sheets.iter().any(|sheet| sheet.is_read) {
             context.error(

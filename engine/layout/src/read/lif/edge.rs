@@ -2,11 +2,12 @@
 
 use glam::DVec2;
 use regatta_base::graph::{Ends, Rotation};
+use serde_json::Value;
 
 use super::ids::Target;
 use super::node::{checked_angle, take_actions};
 use super::object::{Context, Object, Raw, number};
-use super::vehicle::Choice;
+use super::vehicle::{Choice, OF_EDGES};
 use super::{Reader, Sheet};
 use crate::model::nurbs::{Cubics, Nurbs};
 use crate::model::tags::{Orientation, Role, Tags};
@@ -40,9 +41,7 @@ impl<'text> Reader<'_, '_, 'text> {
             context.note(at, "an edge leads to a layout that isn't read: left out");
             return None;
         };
-        let list = object.take_list("vehicleTypeEdgeProperties", context);
-        let (choice, types) =
-            self.vehicles.choose(&list, "an element of `vehicleTypeEdgeProperties`", context);
+        let (choice, types) = self.vehicles.choose(&mut object, &OF_EDGES, context);
         let name = object.take_text("edgeName", context).map(Into::into);
         let tags = Tags { name, level: sheet.level.clone(), ..Tags::default() };
         let id = self.edge_ids.unique(id, layout);
@@ -66,18 +65,19 @@ fn read_properties<'text>(
     mut object: Object<'text>,
     context: &mut Context<'_, 'text>,
 ) -> (LayoutEdge, Role) {
-    let speed = object.take_number("maxSpeed", context);
+    let speed = object
+        .take_number("maxSpeed", context)
+        .or_else(|| object.take_number("maximumSpeed", context));
     if speed.is_some_and(|speed| speed <= 0.0) {
         context.note(edge.at, "`maxSpeed` of an edge isn't above 0: read as no limit");
     }
     edge.speed = speed.filter(|speed| *speed > 0.0);
-    edge.orientation = orientation(&mut object, edge.at, context);
+    edge.orientation = orientation(&mut object, &mut edge.tags, edge.at, context);
     if let Some(trajectory) = object.take_object("trajectory", "a trajectory", context) {
         edge.shape = read_trajectory(trajectory, &edge.id, context);
     }
-    if let Some(json) = object.take_json("loadRestriction") {
-        edge.tags.set("loadRestriction", &json);
-    }
+    let kept = ["loadRestriction", "corridor", "physicalLineGuidedProperty"];
+    object.keep_json(&kept, &mut edge.tags);
     let role = take_actions(&mut object, &mut edge.tags, context);
     object.keep_rest(&mut edge.tags.properties, context);
     edge.rotation = Ends {
@@ -97,13 +97,37 @@ fn rotation(tags: &Tags, key: &str) -> Rotation {
     }
 }
 
+/// Returns the first of the angles of LIF 2 that robots may have along an edge.
+fn first_orientation<'text>(
+    object: &mut Object<'text>,
+    tags: &mut Tags,
+    at: u32,
+    context: &mut Context<'_, 'text>,
+) -> Option<f64> {
+    let angles: Vec<f64> = object
+        .take_list("mobileRobotOrientations", context)
+        .into_iter()
+        .filter_map(|raw| number(raw, context))
+        .collect();
+    if angles.len() > 1 {
+        let message = "an edge allows several `mobileRobotOrientations`: the first is used, all \
+                       are kept as a property";
+        context.note(at, message);
+        tags.set("mobileRobotOrientations", &Value::from(angles.clone()).to_string());
+    }
+    angles.first().copied()
+}
+
 fn orientation<'text>(
     object: &mut Object<'text>,
+    tags: &mut Tags,
     at: u32,
     context: &mut Context<'_, 'text>,
 ) -> Orientation {
     let kind = object.take_text("orientationType", context);
-    let angle = object.take_number("vehicleOrientation", context);
+    let angle = object
+        .take_number("vehicleOrientation", context)
+        .or_else(|| first_orientation(object, tags, at, context));
     let Some(angle) = angle.map(|angle| checked_angle(at, angle, context)) else {
         return Orientation::Tangential;
     };

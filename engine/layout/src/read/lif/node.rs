@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::ids::Target;
 use super::object::{Context, Object, Raw, plain};
-use super::vehicle::Choice;
+use super::vehicle::{Choice, OF_NODES};
 use super::{Reader, Sheet};
 use crate::model::tags::{Role, Tags};
 use crate::model::value::shorten;
@@ -47,15 +47,14 @@ impl<'text> Reader<'_, '_, 'text> {
             tags: Tags { name, level: sheet.level.clone(), ..Tags::default() },
             ..LayoutNode::default()
         };
-        let list = object.take_list("vehicleTypeNodeProperties", context);
-        let (choice, types) =
-            self.vehicles.choose(&list, "an element of `vehicleTypeNodeProperties`", context);
+        let (choice, types) = self.vehicles.choose(&mut object, &OF_NODES, context);
         node.tags.set("vehicleTypeId", &types);
         if let Choice::Some(mut properties) = choice {
             node.heading = properties
                 .take_number("theta", context)
                 .map(|angle| checked_angle(at, angle, context));
             node.role = take_actions(&mut properties, &mut node.tags, context);
+            properties.keep_json(&["loadRestriction", "allowedDeviationXY"], &mut node.tags);
             properties.keep_rest(&mut node.tags.properties, context);
         }
         object.keep_rest(&mut node.tags.properties, context);
@@ -108,6 +107,12 @@ impl<'text> Reader<'_, '_, 'text> {
         let role =
             |node: &String| roles.get(node.as_str()).copied().filter(|role| *role != Role::None);
         station.role = station.nodes.iter().find_map(role).unwrap_or_default();
+        if let Some(kind) = object.take_text("stationType", context) {
+            station.properties.insert("stationType".into(), kind.as_str().into());
+            if station.role == Role::None {
+                station.role = self::role(&kind);
+            }
+        }
         if let Some(mut position) =
             object.take_object("stationPosition", "`stationPosition`", context)
         {
@@ -145,11 +150,13 @@ pub(super) fn take_actions(
     tags: &mut Tags,
     context: &mut Context<'_, '_>,
 ) -> Role {
-    let Some(json) = object.take_json("actions").filter(|json| json != "[]") else {
-        return Role::None;
-    };
-    tags.set("actions", &json);
-    let roles = roles(&json);
+    object.keep_json(&["forbiddenActionTypes"], tags);
+    let mut roles = Vec::new();
+    for key in ["actions", "requiredActions", "feasibleActions"] {
+        let Some(json) = object.take_json(key).filter(|json| json != "[]") else { continue };
+        tags.set(key, &json);
+        roles.extend(self::roles(&json));
+    }
     let role = role_of(&roles);
     if roles.iter().any(|other| role.and(*other) != role) {
         context.note(

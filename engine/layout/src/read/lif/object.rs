@@ -7,6 +7,7 @@ use serde_json::Value;
 use serde_json::value::RawValue;
 
 use crate::model::finding::Report;
+use crate::model::tags::Tags;
 use crate::read::file::{Ignored, offset_of};
 
 /// The state that the readers of a file share.
@@ -128,6 +129,15 @@ impl<'text> Object<'text> {
     pub fn take_json(&mut self, key: &str) -> Option<String> {
         let raw = self.take(key)?;
         plain(raw).or_else(|| Some(serde_json::from_str::<Value>(raw.get()).ok()?.to_string()))
+    }
+
+    /// Keeps the values of keys as properties; lists and objects as JSON.
+    pub fn keep_json(&mut self, keys: &[&str], tags: &mut Tags) {
+        for key in keys {
+            if let Some(json) = self.take_json(key).filter(|json| json != "[]" && json != "{}") {
+                tags.set(key, &json);
+            }
+        }
     }
 
     /// Keeps the plain values of all other keys as properties, and counts the rest as ignored.

@@ -2,6 +2,7 @@
 //! again.
 
 mod round_trip;
+mod version_2;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -383,7 +384,7 @@ fn what_is_said_of_the_file_and_its_layouts_is_listed() {
 #[test]
 fn files_of_no_use_say_what_to_do() {
     let cases = [
-        ("{}", "a LIF file has `metaInformation` and `layouts`"),
+        ("{}", "a LIF file has `metaInformation`, and `layouts`"),
         ("[]", "invalid type"),
         ("{\"layouts\": 3}", "a LIF file has"),
         ("{\"layouts\": []}", "`layouts` is empty: add a layout"),

@@ -19,6 +19,22 @@ pub(super) struct Vehicles<'a> {
     is_wanted_known: bool,
 }
 
+/// The keys of the properties by vehicle type: that of LIF 1 and that of LIF 2.
+pub(super) struct Keys {
+    names: [&'static str; 2],
+    /// An element of either, for messages.
+    kind: &'static str,
+}
+
+pub(super) const OF_NODES: Keys = Keys {
+    names: ["vehicleTypeNodeProperties", "mobileRobotTypeNodeProperties"],
+    kind: "an element of `vehicleTypeNodeProperties`",
+};
+pub(super) const OF_EDGES: Keys = Keys {
+    names: ["vehicleTypeEdgeProperties", "mobileRobotTypeEdgeProperties"],
+    kind: "an element of `vehicleTypeEdgeProperties`",
+};
+
 /// The choice among the properties of a node or an edge.
 pub(super) enum Choice<'text> {
     /// The properties of the vehicle type in use.
@@ -34,25 +50,28 @@ impl<'a> Vehicles<'a> {
         Self { wanted, first: None, known: BTreeSet::new(), is_wanted_known: false }
     }
 
-    /// Chooses among `vehicleTypeNodeProperties` or `vehicleTypeEdgeProperties`, and returns the
-    /// names of all types.
+    /// Takes the properties of all types out of a node or an edge. Returns those of one type, and
+    /// the names of all types.
     pub fn choose<'text>(
         &mut self,
-        list: &[Raw<'text>],
-        kind: &'static str,
+        owner: &mut Object<'text>,
+        keys: &Keys,
         context: &mut Context<'_, 'text>,
     ) -> (Choice<'text>, String) {
+        let mut list = owner.take_list(keys.names[0], context);
+        list.extend(owner.take_list(keys.names[1], context));
         let mut objects: Vec<Object<'text>> =
-            list.iter().filter_map(|raw| Object::parse(raw, kind, context)).collect();
-        let types: Vec<Option<String>> =
-            objects.iter_mut().map(|object| object.take_text("vehicleTypeId", context)).collect();
+            list.iter().filter_map(|raw| Object::parse(raw, keys.kind, context)).collect();
+        let types: Vec<Vec<String>> =
+            objects.iter_mut().map(|object| take_types(object, context)).collect();
         for name in types.iter().flatten() {
             self.add(name);
         }
         let wanted = self.wanted.or(self.first.as_deref());
-        let index = types.iter().position(|name| name.is_some() && name.as_deref() == wanted);
-        if let (None, [first, _, ..]) = (self.wanted, list) {
-            self.note_differences(list, context.at(first), context);
+        let index =
+            types.iter().position(|names| names.iter().any(|name| Some(name.as_str()) == wanted));
+        if let (None, [first, _, ..]) = (self.wanted, list.as_slice()) {
+            self.note_differences(&list, context.at(first), context);
         }
         let names = types.iter().flatten().map(String::as_str).collect::<Vec<_>>().join(", ");
         let choice = match index {
@@ -84,7 +103,9 @@ impl<'a> Vehicles<'a> {
     fn note_differences(&self, list: &[Raw<'_>], at: u32, context: &mut Context<'_, '_>) {
         let mut others = list.iter().map(|raw| {
             let mut value: Value = serde_json::from_str(raw.get()).unwrap_or_default();
-            value.as_object_mut().map(|fields| fields.remove("vehicleTypeId"));
+            if let Some(fields) = value.as_object_mut() {
+                fields.retain(|key, _| key != "vehicleTypeId" && key != "mobileRobotTypes");
+            }
             value
         });
         let first = others.next();
@@ -97,4 +118,20 @@ impl<'a> Vehicles<'a> {
             context.note(at, message);
         }
     }
+}
+
+/// Takes the names of the types that properties are for: the id of LIF 1, or `MANUFACTURER/SERIES`
+/// of LIF 2.
+fn take_types<'text>(object: &mut Object<'text>, context: &mut Context<'_, 'text>) -> Vec<String> {
+    let mut types: Vec<String> = object.take_text("vehicleTypeId", context).into_iter().collect();
+    for raw in object.take_list("mobileRobotTypes", context) {
+        let Some(mut robot) = Object::parse(raw, "a mobile robot type", context) else { continue };
+        let parts = ["manufacturer", "seriesName"].map(|key| robot.take_text(key, context));
+        robot.ignore_rest(context);
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        if !parts.is_empty() {
+            types.push(parts.join("/"));
+        }
+    }
+    types
 }

@@ -83,10 +83,14 @@ impl Building {
             kept.retain(|(level, _)| level.name == *wanted);
         }
         let mut layout = Layout::default();
+        let without_lanes = without_lanes(&kept);
         warn_of_levels(&kept, report);
         lifts::connect(&kept, &mut layout, report);
         for (level, ids) in kept {
             level.add_to(&ids, &mut layout, report);
+        }
+        if let Some((at, message)) = without_lanes.filter(|_| !report.has_errors()) {
+            report.file_error(at, message);
         }
         layout.stations = self.stations(&layout.nodes);
         layout.zones = zones::zones(&layout);
@@ -113,6 +117,21 @@ impl Building {
         }
         stations.into_values().collect()
     }
+}
+
+/// Returns the place and the error of levels without a lane, if they have vertices.
+fn without_lanes(levels: &[(Level, Vec<String>)]) -> Option<(u32, String)> {
+    let (first, _) = levels.iter().find(|(level, _)| !level.vertices.is_empty())?;
+    if levels.iter().any(|(level, _)| !level.lanes.is_empty()) {
+        return None;
+    }
+    let names: Vec<_> = levels.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
+    let message = format!(
+        "no lanes on its levels ({}), so that robots can't drive: draw lanes between the vertices \
+         in the traffic editor",
+        names.join(", ")
+    );
+    Some((first.at, message))
 }
 
 fn warn_of_levels(levels: &[(Level, Vec<String>)], report: &mut Report<'_>) {
