@@ -23,6 +23,7 @@ mod count;
 mod default_scenario;
 mod explain;
 mod made_up_load;
+mod names;
 mod read;
 mod resolve;
 mod robot_type;
@@ -41,7 +42,7 @@ pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use robot_type::{Battery, ChargeRange, RobotType, Shape};
 use serde::de::{DeserializeOwned, IgnoredAny};
-pub use yaml::{Breakdowns, Disturbances, LegName, PluginCommand, Repeat, Stalls, Viewer};
+pub use yaml::{Breakdowns, Disturbances, PluginCommand, Repeat, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;

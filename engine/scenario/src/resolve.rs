@@ -6,13 +6,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_layout::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
+use regatta_layout::{Gear, NodeIndex, Role, RouteGraph};
 
 use super::explain::did_you_mean;
+use super::names::Names;
 use super::robot_type::robot_types;
 use super::yaml::{
-    Disturbances, LegName, NodeEntry, NodeKey, PluginCommand, PluginEntry, RobotGroupEntry,
-    RoutesEntry, ScenarioFile,
+    Disturbances, Key, LegKey, NodeEntry, PluginCommand, PluginEntry, RobotGroupEntry, RoutesEntry,
+    ScenarioFile,
 };
 use super::{
     MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario, ScenarioError,
@@ -99,38 +100,30 @@ fn uneven_rate(rate: f64, publish_rate: f64, ticks_per_frame: u32) -> Option<Str
 /// Gives nodes the roles and names of the scenario. On an error, returns the invalid entry and the
 /// message.
 fn override_nodes(
-    entries: BTreeMap<NodeKey, NodeEntry>,
+    entries: BTreeMap<Key, NodeEntry>,
     graph: &mut RouteGraph,
 ) -> Result<(), (String, String)> {
-    for (NodeKey(key), entry) in entries {
-        override_node(&key, &entry, graph).map_err(|message| (format!("nodes, {key}"), message))?;
+    let names = Names::new(graph);
+    let mut changes = Vec::with_capacity(entries.len());
+    for (key, entry) in entries {
+        let change = change(&names, &key, entry);
+        changes.push(change.map_err(|message| (format!("nodes, {key}"), message))?);
+    }
+    for (node, role, name) in changes {
+        graph.override_node(node, role, name.as_deref());
     }
     Ok(())
 }
 
-fn override_node(key: &str, entry: &NodeEntry, graph: &mut RouteGraph) -> Result<(), String> {
-    let node = node_by_key(key, graph)?;
-    let role = entry.role.as_deref().map(str::parse::<Role>).transpose();
-    let role = role.map_err(|error| error.to_string())?;
-    graph.override_node(node, role, entry.name.as_deref());
-    Ok(())
-}
-
-/// Returns the node with an id or, if there is none, with a name.
-fn node_by_key(key: &str, graph: &RouteGraph) -> Result<NodeIndex, String> {
-    if let Some(node) = key.parse().ok().and_then(|id| graph.node_by_id(id)) {
-        return Ok(node);
-    }
-    let mut named =
-        (0..).map(NodeIndex).zip(graph.nodes()).filter(|(_, node)| node.name() == Some(key));
-    match (named.next(), named.next()) {
-        (Some((node, _)), None) => Ok(node),
-        (Some(_), Some(_)) => Err(format!("several nodes are called '{key}'; give the id of one")),
-        (None, _) => {
-            let names = graph.nodes().iter().filter_map(Node::name);
-            Err(format!("the graph has no node with this id or name{}", did_you_mean(key, names)))
-        }
-    }
+/// Returns a node with its role and its name, if they change.
+fn change(
+    names: &Names<'_>,
+    key: &Key,
+    NodeEntry { role, name }: NodeEntry,
+) -> Result<(NodeIndex, Option<Role>, Option<String>), String> {
+    let node = names.node(key)?;
+    let role = role.as_deref().map(str::parse::<Role>).transpose();
+    Ok((node, role.map_err(|error| error.to_string())?, name))
 }
 
 /// Returns the groups of robots, or the invalid entry and the error message.
@@ -140,8 +133,9 @@ fn groups(
     robot_types: &[RobotType],
 ) -> Result<Vec<RobotGroup>, (String, String)> {
     let mut groups = Vec::with_capacity(entries.len());
+    let names = Names::new(graph);
     for (number, entry) in (1..).zip(entries) {
-        let group = group(entry, graph, robot_types);
+        let group = group(entry, graph, &names, robot_types);
         groups.push(group.map_err(|message| (format!("robots, entry {number}"), message))?);
     }
     let robots: u64 = groups.iter().map(|group: &RobotGroup| u64::from(group.count)).sum();
@@ -190,6 +184,7 @@ fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {
 fn group(
     entry: RobotGroupEntry,
     graph: &RouteGraph,
+    names: &Names<'_>,
     robot_types: &[RobotType],
 ) -> Result<RobotGroup, String> {
     let robot_type = match &entry.robot_type {
@@ -208,36 +203,39 @@ fn group(
     if count == 0 {
         return Err("count is 0; remove the entry".into());
     }
-    let start = match (&entry.route, entry.routes, entry.node) {
+    let start = match (&entry.route, entry.routes, &entry.node) {
         (Some(route), None, None) => {
-            route_start(route, entry.repeat.unwrap_or(Repeat::Once), graph)?
+            route_start(route, entry.repeat.unwrap_or(Repeat::Once), graph, names)?
         }
         (None, Some(RoutesEntry::Random), None) => Start::Random,
         (None, Some(RoutesEntry::None), None) => Start::Standing,
-        (None, None, Some(id)) => {
-            Start::Node(graph.node_by_id(id).ok_or_else(|| format!("the graph has no node {id}"))?)
-        }
+        (None, None, Some(node)) => Start::Node(names.node(node)?),
         _ => {
             return Err(
-                "give one of: route (a list of edges), routes: random or none, node (an id)".into(),
+                "give one of: route (a list of edges), routes: random or none, node (an id or a name)".into(),
             );
         }
     };
     Ok(RobotGroup { count, robot_type: robot_type as u16, start })
 }
 
-fn route_start(route: &[LegName], repeat: Repeat, graph: &RouteGraph) -> Result<Start, String> {
-    let legs = route.iter().map(|&name| leg(name, graph)).collect::<Result<Vec<_>, _>>()?;
+fn route_start(
+    route: &[LegKey],
+    repeat: Repeat,
+    graph: &RouteGraph,
+    names: &Names<'_>,
+) -> Result<Start, String> {
+    let legs = route.iter().map(|key| names.leg(key)).collect::<Result<Vec<_>, _>>()?;
     let (Some(&first), Some(&last)) = (legs.first(), legs.last()) else {
         return Err("route is empty; list at least one edge".into());
     };
-    for (names, pair) in route.windows(2).zip(legs.windows(2)) {
+    for (keys, pair) in route.windows(2).zip(legs.windows(2)) {
         let (end, start) = (graph.leg_end(pair[0]), graph.leg_start(pair[1]));
         if end != start {
             let (end, start) = (graph.node(end).id, graph.node(start).id);
             return Err(format!(
                 "edge {} ends at node {end}, but edge {} starts at node {start}",
-                names[0], names[1]
+                keys[0], keys[1]
             ));
         }
     }
@@ -253,21 +251,6 @@ fn route_start(route: &[LegName], repeat: Repeat, graph: &RouteGraph) -> Result<
         }
     };
     Ok(Start::Route { legs: legs.into(), repeat })
-}
-
-fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, String> {
-    let edge = graph
-        .edge_by_id(name.edge_id)
-        .ok_or_else(|| format!("the graph has no edge {}", name.edge_id))?;
-    let gear = if name.reverse { Gear::Reverse } else { Gear::Forward };
-    let leg = Leg { edge, gear };
-    match graph.leg_speed(leg) {
-        Some(_) => Ok(leg),
-        None => Err(format!(
-            "edge {} can't be driven in reverse gear: its VelocityBackwards is 0",
-            name.edge_id
-        )),
-    }
 }
 
 /// Returns the plugins' command lines. Programs with a slash in their name are resolved relative to

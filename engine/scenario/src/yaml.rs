@@ -27,7 +27,7 @@ pub struct ScenarioFile {
     pub seed: u64,
     /// Roles and names of nodes instead of those in the graph, by the node's id or name.
     #[serde(default)]
-    pub nodes: BTreeMap<NodeKey, NodeEntry>,
+    pub nodes: BTreeMap<Key, NodeEntry>,
     /// The robot types; one default type if empty.
     #[serde(default)]
     pub robot_types: Vec<RobotTypeEntry>,
@@ -77,31 +77,45 @@ pub struct LayoutEntry {
     pub background: Option<PathBuf>,
 }
 
-/// A node by its id or its name.
+/// A node or an edge by its id or its name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct NodeKey(pub String);
+pub enum Key {
+    /// A number.
+    Id(u64),
+    /// A text, which may look like a number.
+    Name(String),
+}
 
-impl<'de> Deserialize<'de> for NodeKey {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(NodeKeyVisitor)
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Id(id) => id.fmt(f),
+            Self::Name(name) => name.fmt(f),
+        }
     }
 }
 
-struct NodeKeyVisitor;
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(KeyVisitor)
+    }
+}
 
-impl de::Visitor<'_> for NodeKeyVisitor {
-    type Value = NodeKey;
+struct KeyVisitor;
+
+impl de::Visitor<'_> for KeyVisitor {
+    type Value = Key;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the id or the name of a node")
     }
 
-    fn visit_u64<E>(self, id: u64) -> Result<NodeKey, E> {
-        Ok(NodeKey(id.to_string()))
+    fn visit_u64<E>(self, id: u64) -> Result<Key, E> {
+        Ok(Key::Id(id))
     }
 
-    fn visit_str<E>(self, name: &str) -> Result<NodeKey, E> {
-        Ok(NodeKey(name.to_owned()))
+    fn visit_str<E>(self, name: &str) -> Result<Key, E> {
+        Ok(Key::Name(name.to_owned()))
     }
 }
 
@@ -150,15 +164,15 @@ pub struct RobotGroupEntry {
     /// The name of a robot type; the first type by default.
     #[serde(rename = "type")]
     pub robot_type: Option<String>,
-    /// The ids of the edges in order, `-ID` in reverse gear. The robots start at the beginning of
-    /// the first.
-    pub route: Option<Vec<LegName>>,
+    /// The ids or names of the edges in order, with `-` before those in reverse gear. The robots
+    /// start at the beginning of the first.
+    pub route: Option<Vec<LegKey>>,
     /// The action at the end of `route`.
     pub repeat: Option<Repeat>,
     /// Endless random walks from random places, or none: robots that wait for commands.
     pub routes: Option<RoutesEntry>,
-    /// The id of a node where the robots wait for commands.
-    pub node: Option<u32>,
+    /// The id or the name of a node where the robots wait for commands.
+    pub node: Option<Key>,
 }
 
 fn one() -> RobotCount {
@@ -290,38 +304,32 @@ pub struct PluginCommand {
     pub after: Vec<String>,
 }
 
-/// A leg of a route by name: the id of its edge, and whether it is driven in reverse gear.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LegName {
-    /// The id of the edge.
-    pub edge_id: u32,
-    /// Whether to drive from destination to origin.
-    pub reverse: bool,
+/// A leg of a route: its edge, and `-` before it in reverse gear, from destination to origin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LegKey {
+    /// A number.
+    Id {
+        /// The id of the edge.
+        id: u64,
+        /// Whether the number is negative.
+        is_reverse: bool,
+    },
+    /// A text: the name or the id of an edge, maybe after `-`.
+    Name(String),
 }
 
-/// The error of parsing a [`LegName`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("invalid edge '{0}': give the id of an edge, or -ID to drive it in reverse gear")]
-pub struct ParseLegError(String);
-
-impl std::str::FromStr for LegName {
-    type Err = ParseLegError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (reverse, digits) =
-            text.strip_prefix('-').map_or((false, text), |digits| (true, digits));
-        let edge_id = digits.parse().map_err(|_| ParseLegError(text.to_owned()))?;
-        Ok(Self { edge_id, reverse })
+impl fmt::Display for LegKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Id { id, is_reverse } => {
+                write!(f, "{}{id}", if *is_reverse { "-" } else { "" })
+            }
+            Self::Name(name) => name.fmt(f),
+        }
     }
 }
 
-impl std::fmt::Display for LegName {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}{}", if self.reverse { "-" } else { "" }, self.edge_id)
-    }
-}
-
-impl<'de> Deserialize<'de> for LegName {
+impl<'de> Deserialize<'de> for LegKey {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(LegVisitor)
     }
@@ -330,21 +338,21 @@ impl<'de> Deserialize<'de> for LegName {
 struct LegVisitor;
 
 impl de::Visitor<'_> for LegVisitor {
-    type Value = LegName;
+    type Value = LegKey;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the id of an edge, or -ID to drive it in reverse gear")
+        f.write_str("the id or the name of an edge, with - before it in reverse gear")
     }
 
-    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Self::Value, E> {
-        self.visit_str(&number.to_string())
+    fn visit_u64<E>(self, id: u64) -> Result<LegKey, E> {
+        Ok(LegKey::Id { id, is_reverse: false })
     }
 
-    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Self::Value, E> {
-        self.visit_str(&number.to_string())
+    fn visit_i64<E>(self, id: i64) -> Result<LegKey, E> {
+        Ok(LegKey::Id { id: id.unsigned_abs(), is_reverse: id < 0 })
     }
 
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<Self::Value, E> {
-        text.parse().map_err(E::custom)
+    fn visit_str<E>(self, name: &str) -> Result<LegKey, E> {
+        Ok(LegKey::Name(name.to_owned()))
     }
 }

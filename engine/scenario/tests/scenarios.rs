@@ -87,11 +87,7 @@ fn an_error_names_the_entry_and_what_to_do() {
         ("robots: [{count: 2}]", "robots, entry 1", "give one of"),
         ("robots: [{node: 1, routes: random}]", "robots, entry 1", "give one of"),
         ("robots: [{type: ghost, node: 1}]", "robots, entry 1", "list it under robot_types"),
-        (
-            "nodes: {9: {role: pick}}\nrobots: [{node: 1}]",
-            "nodes, 9",
-            "no node with this id or name",
-        ),
+        ("nodes: {9: {role: pick}}\nrobots: [{node: 1}]", "nodes, 9", "no node 9"),
         (
             "nodes: {1: {role: dance}}\nrobots: [{node: 1}]",
             "nodes, 1",
@@ -190,14 +186,17 @@ fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program
             ":3: robots, entry 1: unknown key 'rout'; did you mean 'route'?; possible keys: count, type, route, repeat, \
              routes, node",
         ),
-        ("robots: [{route: [x10]}]", ":2: robots, entry 1, route, entry 1: invalid edge 'x10'"),
+        (
+            "robots: [{route: [x10]}]",
+            ": robots, entry 1: the graph has no edge with the id or the name 'x10'",
+        ),
         (
             "viewer: of\nrobots: [{node: 1}]",
             ":2: viewer: unknown value 'of'; did you mean 'off'?; possible values: auto, on",
         ),
         (
             "robots: [{route: [[1]]}]",
-            "entry 1: a list is given, but this must be the id of an edge, or -ID",
+            "entry 1: a list is given, but this must be the id or the name of an edge",
         ),
         (
             "robots: [{node: 1}]\nplugins: [5]",
@@ -307,4 +306,49 @@ fn plugins_come_after_plugins_of_the_scenario_without_a_cycle() {
         let error = plugins(list).expect_err(list).to_string();
         assert!(error.contains("plant.yaml") && error.contains(expected), "{error}");
     }
+}
+
+/// Nodes and edges with names, of which two nodes are called `gate`, one `20`, and one has an alias.
+const NAMED: &str = "
+Vertices:
+- {Id: 10, X: 0, Y: 0, Theta: 0, Name: gate}
+- {Id: 20, X: 5, Y: 0, Theta: 0, Name: gate}
+- {Id: 30, X: 9, Y: 0, Theta: 0, Name: '20', Properties: {aliases: '[\"dock\"]'}}
+Edges:
+- {Id: 1, Origin_ID: 10, Destination_ID: 20, CurveType: linear, VelocityForward: 1, Name: in}
+- {Id: 2, Origin_ID: 20, Destination_ID: 30, CurveType: linear, VelocityForward: 1, VelocityBackwards: 1, Name: out}
+";
+
+fn read_named(robots: &str) -> Result<Scenario, ScenarioError> {
+    let text = format!("graph: g.yaml\nrobots: [{robots}]\n");
+    Scenario::from_texts(&text, NAMED, Path::new("s.yaml"), &Overrides::default())
+}
+
+#[test]
+fn nodes_are_found_by_id_and_by_name() {
+    for (node, id) in [("20", 20), ("'20'", 30), ("'10'", 10), ("dock", 30)] {
+        let scenario = read_named(&format!("{{node: {node}}}")).expect(node);
+        let Start::Node(index) = scenario.groups[0].start else { panic!("a node") };
+        assert_eq!(scenario.graph.node(index).id, id, "{node}");
+    }
+    for (node, error) in [
+        ("gate", "s.yaml: robots, entry 1: 2 nodes are called 'gate': give the id of one"),
+        ("dok", "the graph has no node with the id or the name 'dok'; did you mean 'dock'?"),
+        ("99", "the graph has no node 99"),
+    ] {
+        let message = read_named(&format!("{{node: {node}}}")).expect_err(node).to_string();
+        assert!(message.ends_with(error), "{message}");
+    }
+}
+
+#[test]
+fn routes_name_edges() {
+    let scenario = read_named("{route: [in, out, -out, '2']}").expect("a route");
+    let Start::Route { legs, .. } = &scenario.groups[0].start else { panic!("a route") };
+    let legs: Vec<_> =
+        legs.iter().map(|leg| (scenario.graph.edge(leg.edge).id, leg.gear)).collect();
+    let [there, back] = [regatta_layout::Gear::Forward, regatta_layout::Gear::Reverse];
+    assert_eq!(legs, [(1, there), (2, there), (2, back), (2, there)]);
+    let message = read_named("{route: [inn]}").expect_err("unknown").to_string();
+    assert!(message.contains("no edge with the id or the name 'inn'; did you mean 'in'?"));
 }

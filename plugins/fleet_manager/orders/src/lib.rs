@@ -98,7 +98,7 @@ pub use order::{
     Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderEvent, OrderId, OrderName,
     State, Stop, UnknownAction,
 };
-pub use places::{Place, Places};
+pub use places::{Place, PlaceError, Places};
 pub use pool::{Assignments, Next, OrderPool};
 pub use store::StoreError;
 pub use threads::{Vehicle, WithdrawError};

@@ -8,7 +8,8 @@
 //!     north: {zone: north, role: drop}
 //!   generators:
 //!     - name: deliveries             # for orders load:deliveries-1 …; its number if absent
-//!       from: inbound                # a group or a role; the role pick, or any node, if absent
+//!       from: inbound                # a group, a role, a node or a list of nodes; the role pick,
+//!                                    # or any node, if absent
 //!       to: north                    # likewise, with the role drop
 //!       per_hour: 120                # Poisson; or a profile that begins anew after its end:
 //!       # shifts: [{until: 3600, per_hour: 200}, {until: 7200, per_hour: 20}]
@@ -32,7 +33,7 @@ use regatta_base::yaml::{self, Fields, Node};
 use regatta_plugin::world::Role;
 
 use super::file::{FileError, text_of};
-use super::places::Places;
+use super::places::{PlaceError, Places};
 
 /// A valid description of a load.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -263,12 +264,21 @@ impl<'places> Groups<'places> {
             }
             return Ok(nodes);
         };
+        if field.is_map() || field.list().is_ok() {
+            return group(field, self.places);
+        }
         let name = field.text()?;
         let with_role = role_named(&name).map(|role| self.with_role(role));
         match self.named.get(name.as_ref()).cloned().or(with_role) {
             Some(nodes) if !nodes.is_empty() => Ok(nodes),
             Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
-            None => Err(field.error(format!("`{name}` is neither a group nor a role"))),
+            None => match self.places.find_one(&name) {
+                Ok(node) => Ok(vec![node]),
+                Err(PlaceError::Unknown(_)) => Err(field.error(format!(
+                    "`{name}` is neither a group nor a role, nor the name or the id of a node"
+                ))),
+                Err(error) => Err(field.error(error.to_string())),
+            },
         }
     }
 
@@ -285,10 +295,8 @@ fn group(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
 fn listed(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
     let mut nodes = Vec::new();
     for item in value.list()? {
-        let label = item.text()?;
-        nodes.push(places.find(&label).ok_or_else(|| {
-            item.error(format!("`{label}` is neither the name nor the id of a node"))
-        })?);
+        let found = places.find_one(&item.text()?);
+        nodes.push(found.map_err(|error| item.error(error.to_string()))?);
     }
     Ok(nodes)
 }

@@ -1,6 +1,6 @@
 //! The places that orders may name: the nodes of the world, by id, name, role and zone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec2;
 use regatta_plugin::World;
@@ -21,11 +21,24 @@ pub struct Place {
     pub position: Vec2,
 }
 
+/// The error of looking a place up.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlaceError {
+    /// No place has the name or the id.
+    #[error("`{0}` is neither the name nor the id of a node")]
+    Unknown(String),
+    /// Several places have the name.
+    #[error("several nodes have the name `{0}`; give the id of one")]
+    Ambiguous(String),
+}
+
 /// The table of all places. A node is an index in it and in the world's nodes.
 #[derive(Debug, Default)]
 pub struct Places {
     places: Vec<Place>,
     by_name: BTreeMap<String, u32>,
+    /// The names that several places have.
+    repeated: BTreeSet<String>,
     by_id: BTreeMap<u32, u32>,
 }
 
@@ -49,7 +62,10 @@ impl Places {
         for (place, index) in places.iter().zip(0_u32..) {
             table.by_id.entry(place.id).or_insert(index);
             if !place.name.is_empty() {
-                table.by_name.entry(place.name.clone()).or_insert(index);
+                let first = *table.by_name.entry(place.name.clone()).or_insert(index);
+                if first != index {
+                    table.repeated.insert(place.name.clone());
+                }
             }
         }
         Self { places, ..table }
@@ -69,6 +85,18 @@ impl Places {
     pub fn find(&self, text: &str) -> Option<u32> {
         let text = text.trim();
         self.by_name.get(text).copied().or_else(|| self.with_id(text.parse().ok()?))
+    }
+
+    /// Returns the only node with this name, or else the one with this id.
+    ///
+    /// # Errors
+    /// [`PlaceError`] if there is none, or if several have the name.
+    pub fn find_one(&self, text: &str) -> Result<u32, PlaceError> {
+        let text = text.trim();
+        if self.repeated.contains(text) {
+            return Err(PlaceError::Ambiguous(text.to_owned()));
+        }
+        self.find(text).ok_or_else(|| PlaceError::Unknown(text.to_owned()))
     }
 
     /// Returns the node with an id of the route graph's file.

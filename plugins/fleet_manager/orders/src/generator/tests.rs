@@ -1,5 +1,5 @@
 use super::*;
-use crate::load::Load;
+use crate::load::{Load, Stops};
 use crate::places::{Place, Places};
 use regatta_plugin::world::Role;
 
@@ -116,6 +116,27 @@ fn a_generator_continues_after_orders_that_it_has_made() {
     let mut later = generator.clone();
     later.skip(500);
     assert_eq!(all[500..], orders(later, 36_000.0, 100.0));
+}
+
+#[test]
+fn the_ends_of_transports_may_be_nodes() {
+    for (ends, expected) in [
+        ("from: N1, to: N3", ([1].as_slice(), [3].as_slice())),
+        ("from: 1, to: [N2, 3]", (&[1], &[2, 3])),
+        ("from: {zone: south}, to: '2'", (&[0, 1], &[2])),
+    ] {
+        let load = Load::parse(&format!("load: {{per_hour: 1, {ends}}}"), &places());
+        let Stops::Two { from, to } = &load.expect(ends).generators[0].stops else {
+            panic!("two stops")
+        };
+        assert_eq!((from.as_slice(), to.as_slice()), expected, "{ends}");
+    }
+    let place = |id| Place { id, name: "twin".to_owned(), ..Place::default() };
+    let twins = Places::new(vec![place(7), place(8)]);
+    for text in ["load: {endless: 1, among: twin}", "load: {groups: {a: [twin]}, per_hour: 1}"] {
+        let error = Load::parse(text, &twins).expect_err(text).to_string();
+        assert!(error.contains("several nodes have the name `twin`; give the id"), "{error}");
+    }
 }
 
 #[test]

@@ -1,0 +1,112 @@
+//! Nodes and edges by the ids and names that a scenario gives.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+
+use super::explain::did_you_mean;
+use super::yaml::{Key, LegKey};
+
+/// The names of a graph, which are indexed when the first one is looked up.
+pub(super) struct Names<'graph> {
+    graph: &'graph RouteGraph,
+    nodes: OnceCell<Index<NodeIndex>>,
+    edges: OnceCell<Index<EdgeIndex>>,
+}
+
+/// What a name stands for.
+type Index<T> = BTreeMap<String, Vec<T>>;
+
+impl<'graph> Names<'graph> {
+    pub fn new(graph: &'graph RouteGraph) -> Self {
+        Self { graph, nodes: OnceCell::new(), edges: OnceCell::new() }
+    }
+
+    /// Returns the node with an id or a name: for a number first the id, for a text first the name.
+    pub fn node(&self, key: &Key) -> Result<NodeIndex, String> {
+        find(key, "node", |id| self.graph.node_by_id(id), || self.nodes())
+    }
+
+    /// Returns the leg on the edge with an id or a name; `-` before it is reverse gear.
+    pub fn leg(&self, key: &LegKey) -> Result<Leg, String> {
+        let (edge, gear) = match key {
+            LegKey::Id { id, is_reverse: false } => (self.edge(&Key::Id(*id))?, Gear::Forward),
+            LegKey::Id { id, is_reverse: true } => (self.edge(&Key::Id(*id))?, Gear::Reverse),
+            LegKey::Name(name) => self.leg_named(name)?,
+        };
+        let leg = Leg { edge, gear };
+        match self.graph.leg_speed(leg) {
+            Some(_) => Ok(leg),
+            None => Err(format!(
+                "edge {} can't be driven in reverse gear: its VelocityBackwards is 0",
+                self.graph.edge(edge).id
+            )),
+        }
+    }
+
+    fn edge(&self, key: &Key) -> Result<EdgeIndex, String> {
+        find(key, "edge", |id| self.graph.edge_by_id(id), || self.edges())
+    }
+
+    fn leg_named(&self, name: &str) -> Result<(EdgeIndex, Gear), String> {
+        let reverse = name.strip_prefix('-').filter(|_| !self.edges().contains_key(name));
+        let (name, gear) = reverse.map_or((name, Gear::Forward), |name| (name, Gear::Reverse));
+        Ok((self.edge(&Key::Name(name.to_owned()))?, gear))
+    }
+
+    fn nodes(&self) -> &Index<NodeIndex> {
+        self.nodes.get_or_init(|| {
+            let mut index = Index::new();
+            for (node, content) in (0..).map(NodeIndex).zip(self.graph.nodes()) {
+                if let Some(name) = content.name() {
+                    index.entry(name.to_owned()).or_default().push(node);
+                }
+            }
+            for (node, content) in (0..).map(NodeIndex).zip(self.graph.nodes()) {
+                for alias in content.tags.iter().flat_map(|tags| tags.aliases()) {
+                    index.entry(alias).or_insert_with(|| vec![node]);
+                }
+            }
+            index
+        })
+    }
+
+    fn edges(&self) -> &Index<EdgeIndex> {
+        self.edges.get_or_init(|| {
+            let mut index = Index::new();
+            for (edge, content) in (0..).map(EdgeIndex).zip(self.graph.edges()) {
+                if let Some(name) = content.name() {
+                    index.entry(name.to_owned()).or_default().push(edge);
+                }
+            }
+            index
+        })
+    }
+}
+
+/// Returns the only thing of a kind that a key stands for.
+fn find<'index, T: Copy + 'index>(
+    key: &Key,
+    kind: &str,
+    with_id: impl Fn(u32) -> Option<T>,
+    names: impl FnOnce() -> &'index Index<T>,
+) -> Result<T, String> {
+    let name = key.to_string();
+    let by_id = name.parse().ok().and_then(with_id);
+    if let (Key::Id(_), Some(found)) = (key, by_id) {
+        return Ok(found);
+    }
+    let names = names();
+    match (names.get(&name).map(Vec::as_slice).unwrap_or_default(), by_id) {
+        (&[found], _) | ([], Some(found)) => Ok(found),
+        ([], None) if matches!(key, Key::Id(_)) => Err(format!("the graph has no {kind} {name}")),
+        ([], None) => {
+            let suggestion = did_you_mean(&name, names.keys().map(String::as_str));
+            Err(format!("the graph has no {kind} with the id or the name '{name}'{suggestion}"))
+        }
+        (several, _) => {
+            Err(format!("{} {kind}s are called '{name}': give the id of one", several.len()))
+        }
+    }
+}
