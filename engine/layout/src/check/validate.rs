@@ -60,7 +60,9 @@ pub(crate) fn validate(
         .edges
         .iter()
         .map(|edge| {
-            EdgeCheck { edge, origin, degrees: raw.degrees, report }.check(&by_id, &nodes, handles)
+            let names = if raw.is_imported { SPEEDS } else { OWN_SPEEDS };
+            let check = EdgeCheck { edge, origin, degrees: raw.degrees, names, report };
+            check.check(&by_id, &nodes, handles)
         })
         .collect();
     if report.has_errors() {
@@ -259,8 +261,13 @@ struct EdgeCheck<'a, 'r, 'text> {
     origin: DVec2,
     /// Whether angles are in degrees.
     degrees: bool,
+    /// What messages call its speed and its speed in reverse gear.
+    names: [&'static str; 2],
     report: &'r mut Report<'text>,
 }
+
+const SPEEDS: [&str; 2] = ["its speed", "its speed in reverse gear"];
+const OWN_SPEEDS: [&str; 2] = ["VelocityForward", "VelocityBackwards"];
 
 impl EdgeCheck<'_, '_, '_> {
     fn check(
@@ -340,7 +347,8 @@ impl EdgeCheck<'_, '_, '_> {
             return Some(speed);
         }
         self.error(&format!(
-            "VelocityForward is {speed}: it must be above 0 and at most {MAX_SPEED} m/s"
+            "{} is {speed}: it must be above 0 and at most {MAX_SPEED} m/s",
+            self.names[0]
         ));
         None
     }
@@ -351,8 +359,8 @@ impl EdgeCheck<'_, '_, '_> {
             return Some((speed > 0.0).then_some(speed));
         }
         self.error(&format!(
-            "VelocityBackwards is {speed}: it must be 0 (not driven in reverse) or up to \
-             {MAX_SPEED} m/s"
+            "{} is {speed}: it must be 0 (not driven in reverse) or up to {MAX_SPEED} m/s",
+            self.names[1]
         ));
         None
     }

@@ -128,7 +128,9 @@ impl Reader<'_, '_> {
                 );
                 return Err(self.syntax(place.line, &limit));
             }
-            if record.iter().all(str::is_empty) {
+            let is_separator =
+                columns.is_none() && record.get(0).is_some_and(|cell| cell.starts_with("sep="));
+            if is_separator || record.iter().all(str::is_empty) {
                 continue;
             }
             if let Some(header) =
@@ -313,12 +315,24 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Returns the most frequent separator of the first line.
+/// Returns the separator that Excel's first line `sep=;` names.
+pub(crate) fn named_separator(line: &str) -> Option<u8> {
+    match line.trim().trim_matches('"').strip_prefix("sep=")?.as_bytes() {
+        &[separator] => Some(separator),
+        [] => Some(b'\t'),
+        _ => None,
+    }
+}
+
+/// Returns the separator that the first line names, or the most frequent one there.
 fn separator(text: &str) -> u8 {
     let first = text
         .lines()
         .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
         .unwrap_or_default();
+    if let Some(separator) = named_separator(first) {
+        return separator;
+    }
     // If several are equally frequent, the last one is chosen.
     [b'\t', b';', b',']
         .into_iter()

@@ -1,5 +1,6 @@
 //! The format of a file by its content.
 
+use super::csv::named_separator;
 use crate::model::format::Format;
 use crate::read::file::SyntaxError;
 
@@ -120,7 +121,7 @@ fn json(text: &str) -> Format {
 
 fn is_moving_ai(start: &str) -> bool {
     let first = start.lines().next().unwrap_or_default().trim();
-    first.starts_with("type ")
+    ["type ", "height ", "width "].iter().any(|key| first.starts_with(key))
         || first.strip_prefix("version ").is_some_and(|number| number.trim().parse::<f64>().is_ok())
 }
 
@@ -161,7 +162,10 @@ fn is_key(line: &str, key: &str) -> bool {
 fn is_csv(start: &str) -> bool {
     let mut lines =
         start.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
-    let Some(header) = lines.next() else { return false };
+    let Some(mut header) = lines.next() else { return false };
+    if named_separator(header).is_some() {
+        header = lines.next().unwrap_or_default();
+    }
     let separator =
         [',', ';', '\t'].into_iter().max_by_key(|separator| header.matches(*separator).count());
     let Some(separator) = separator.filter(|separator| header.contains(*separator)) else {
@@ -215,6 +219,8 @@ mod tests {
             ),
             ("type octile\nheight 2\n", Format::MovingAi),
             ("version 1\n0\tmap\t", Format::MovingAi),
+            ("height 1\nwidth 3\nmap\n...\n", Format::MovingAi),
+            ("sep=;\r\nid;x;y\r\n", Format::Csv),
             ("  0\r\nSECTION\r\n  2\r\n", Format::Dxf),
             ("id,x,y\n1,0,0\n", Format::Csv),
             ("\"Edge ID\";\"From\";\"To\"\n1;2;3\n", Format::Csv),

@@ -96,6 +96,16 @@ impl<'text> From<&'text FileText> for SourceText<'text> {
 /// # Errors
 /// If they aren't a text of any encoding.
 pub(crate) fn decode(bytes: Vec<u8>) -> Result<FileText, NotText> {
+    let mut file = decode_lines(bytes)?;
+    // Some programs end lines with a carriage return alone.
+    if !file.text.contains('\n') && file.text.contains('\r') {
+        file.text = file.text.replace('\r', "\n");
+    }
+    Ok(file)
+}
+
+/// Decodes the bytes of a file, whatever the ends of its lines.
+fn decode_lines(bytes: Vec<u8>) -> Result<FileText, NotText> {
     if let Some(encoding) = utf_16(&bytes) {
         return Ok(FileText::decoded(&bytes, encoding, None));
     }
@@ -237,6 +247,12 @@ mod tests {
         let big: Vec<u8> = "\u{feff}Tür".encode_utf16().flat_map(u16::to_be_bytes).collect();
         assert_eq!(decoded(&little), ("Tür".to_owned(), None));
         assert_eq!(decoded(&big), ("Tür".to_owned(), None));
+    }
+
+    #[test]
+    fn lines_may_end_with_a_carriage_return() {
+        assert_eq!(decoded(b"id,x,y\r1,0,0\r").0, "id,x,y\n1,0,0\n");
+        assert_eq!(decoded(b"id,x,y\r\n1,0,0\r\n").0, "id,x,y\r\n1,0,0\r\n");
     }
 
     #[test]

@@ -119,9 +119,13 @@ impl<'text> Content<'text> {
                 Scope::Zone => "a zone",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            let message = format!(
-                "`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt"
-            );
+            // `1,5` in braces is the value 1 and the key 5.
+            let remedy = if key.bytes().all(|byte| byte.is_ascii_digit()) {
+                "write fractions with a point, such as 1.5"
+            } else {
+                "correct it if it is misspelt"
+            };
+            let message = format!("`{key}` is not a key of {owner}: ignored{times}; {remedy}");
             self.report.file_warning(at, message);
         }
     }

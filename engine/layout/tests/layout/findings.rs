@@ -609,3 +609,13 @@ fn speeds_in_another_unit_are_one_warning() {
     assert_eq!(slow.len(), 1, "{slow:?}");
     assert!(slow[0].message.contains("(and over an hour for 98 more edges)"), "{}", slow[0]);
 }
+
+#[test]
+fn a_fraction_with_a_comma_is_told() {
+    let text = format!("{NODES}{EDGES}").replace("VelocityForward: 1,", "VelocityForward: 1,5,");
+    let found = check(&text);
+    assert!(
+        found[0].contains("`5` is not a key of an edge: ignored; write fractions"),
+        "{found:?}"
+    );
+}

@@ -143,7 +143,7 @@ impl<'a> Row<'a> {
         let column = self.columns.list.iter().find(|column| column.field == field)?;
         let mut number: Option<f64> = text.parse().ok();
         if number.is_none() && self.has_decimal_comma {
-            number = text.replacen(',', ".", 1).parse().ok();
+            number = without_thousands(text).replacen(',', ".", 1).parse().ok();
         }
         let number = number.filter(|number| number.is_finite());
         if number.is_none() {
@@ -163,8 +163,8 @@ impl<'a> Row<'a> {
 
     fn truth(self, field: Field, reader: &mut Reader<'_, '_>) -> bool {
         match self.text(field).map(str::to_lowercase).as_deref() {
-            Some("true" | "yes" | "y" | "1" | "x") => true,
-            Some("false" | "no" | "n" | "0") | None => false,
+            Some("true" | "yes" | "y" | "1" | "x" | "ja" | "wahr") => true,
+            Some("false" | "no" | "n" | "0" | "nein" | "falsch") | None => false,
             Some(other) => {
                 let message = format!(
                     "bidirectional is `{}`: it is read as no; use yes or no",
@@ -175,4 +175,15 @@ impl<'a> Row<'a> {
             }
         }
     }
+}
+
+/// Returns a number with a decimal comma without the points between its thousands.
+fn without_thousands(text: &str) -> String {
+    let Some((whole, fraction)) = text.split_once(',') else { return text.to_owned() };
+    let mut groups = whole.split('.');
+    let is_first = groups.next().is_some_and(|group| !group.is_empty());
+    if is_first && groups.all(|group| group.len() == 3) {
+        return format!("{},{fraction}", whole.replace('.', ""));
+    }
+    text.to_owned()
 }

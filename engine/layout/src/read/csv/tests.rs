@@ -165,6 +165,19 @@ fn mistakes_are_reported() {
 }
 
 #[test]
+fn tables_of_a_german_excel_are_read() {
+    let text = "sep=;\r\nid;x;y\r\n1;1.000,5;-2.500.000,25\r\n2;2,5;-2.500.001\r\n;;\r\n\
+                from;to;speed;bidirectional\r\n1;2;1,5;WAHR\r\n";
+    let error = parse(text, "map.csv", &ReadOptions::default()).expect_err("two points");
+    assert!(error.to_string().contains("map.csv:4: error: `y` is `-2.500.001`: give"), "{error}");
+    let text = text.replace("-2.500.001", "-2.500.001,0");
+    let (graph, _) = parse(&text, "map.csv", &ReadOptions::default()).expect("a graph");
+    let [one, other] = [0, 1].map(|node| graph.nodes()[node].position + graph.origin());
+    assert_eq!((one, other), (DVec2::new(1000.5, -2.50000025e6), DVec2::new(2.5, -2.500001e6)));
+    assert_eq!((graph.edges().len(), graph.edges()[1].speed), (2, 1.5));
+}
+
+#[test]
 fn the_same_warning_about_many_rows_is_one() {
     let nodes: String = (0..100).map(|id| format!("{id},{id},0,shelf\n")).collect();
     let edges: String = (1..100).map(|id| format!("{},{id},both\n", id - 1)).collect();

@@ -111,13 +111,18 @@ fn collect(
         };
     };
     if let [x, y, more @ ..] = list.as_slice()
-        && let (Some(x), Some(y)) = (x.as_f64(), y.as_f64())
+        && let (Some(x), Some(y)) = (coordinate(x), coordinate(y))
     {
         points.push(DVec2::new(x, y));
-        if more.iter().any(|more| more.as_f64() != Some(0.0)) {
+        if more.iter().any(|more| coordinate(more) != Some(0.0)) {
             ignore("third coordinate of a position");
         }
         return Ok(());
     }
     list.iter().try_for_each(|inner| collect(inner, points, ignore))
+}
+
+/// Returns a number, even if it is written as text.
+fn coordinate(value: &Value) -> Option<f64> {
+    value.as_f64().or_else(|| value.as_str()?.trim().parse().ok().filter(|x: &f64| x.is_finite()))
 }

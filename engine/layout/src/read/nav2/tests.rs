@@ -275,6 +275,23 @@ fn boxes_and_third_coordinates_are_listed() {
 }
 
 #[test]
+fn coordinates_may_be_texts() {
+    let point = |id: &str, x: &str| {
+        format!(
+            r#"{{"properties": {{"id": "{id}"}}, "geometry": {{"type": "Point", "coordinates": ["{x}", "0"]}}}},"#
+        )
+    };
+    let text = format!(
+        r#"{{"type": "FeatureCollection", "features": [{}{}
+        {{"properties": {{"id": 1, "startid": "a", "endid": "b"}}, "geometry": {{"type": "LineString", "coordinates": []}}}}]}}"#,
+        point("a", "0"),
+        point("b", "5.5"),
+    );
+    let (graph, _) = parse(&text, "g.geojson", &ReadOptions::default()).expect("a graph");
+    assert_eq!(graph.nodes()[1].position, DVec2::new(5.5, 0.0));
+}
+
+#[test]
 fn keys_beside_metadata_are_those_of_metadata() {
     let point = |id: u32, x: u32, keys: &str| {
         format!(
