@@ -183,14 +183,17 @@ fn binary(bytes: &[u8]) -> Option<(usize, &'static str)> {
         let reason = "it is a workbook or another archive, save its tables as CSV (`CSV UTF-8`)";
         return Some((0, reason));
     }
-    // The end of a text in DOS is 0x1a.
-    let is_control = |byte: &u8| *byte < b' ' && !b"\t\n\x0b\x0c\r\x1a".contains(byte);
-    let at = bytes.iter().position(is_control)?;
+    let at = bytes.iter().position(|byte| is_control(*byte))?;
     let reason = match bytes {
         [0, _, ..] | [_, 0, ..] => "it looks like UTF-16, save it as UTF-8",
         _ => "it contains bytes of a binary file; check that this is a route graph file",
     };
     Some((at, reason))
+}
+
+/// Whether a byte is a control character that texts don't have. The end of a text in DOS is 0x1a.
+fn is_control(byte: u8) -> bool {
+    byte < b' ' && !b"\t\n\x0b\x0c\r\x1a".contains(&byte)
 }
 
 /// Returns the name of the code page that a drawing or an XML file declares.

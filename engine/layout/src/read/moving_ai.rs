@@ -24,7 +24,7 @@ pub use scen::{ScenEntry, ScenError, ScenarioText, scen, scenario_yaml};
 const MAX_SIDE: usize = 1 << 16;
 
 /// The largest number of free cells: each takes about 3 kB while the map is read.
-const MAX_FREE: usize = 1_100_000;
+const MAX_FREE: usize = 2_100_000;
 
 /// The side of a cell in millimetres, unless the options give one.
 const DEFAULT_CELL: Millimetres = Millimetres(1000);

@@ -334,21 +334,20 @@ fn curves_that_are_much_longer_than_the_rest_take_no_longer() {
 
 #[test]
 fn closed_curves_are_divided() {
-    let text = |entity: &str| drawing(&[entity]);
     for (entity, length) in [
         ("0 ARC 10 0 20 0 40 5000", 1e4 * PI),
         ("0 ARC 8 0 10 0 20 0 40 5 50 0 51 359.999999", 10.0 * PI),
         ("0 ELLIPSE 8 0 10 0 20 0 11 5 21 0 40 1 41 0 42 6.283185", 10.0 * PI),
         ("0 CIRCLE 8 0 10 0 20 0 40 5", 10.0 * PI),
     ] {
-        let (graph, messages) = graph(&text(entity), &ReadOptions::default());
+        let (graph, messages) = graph(&drawing(&[entity]), &ReadOptions::default());
         let sum: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
         assert!((sum / 2.0 - length).abs() < 0.001 * length, "{entity}: {sum} {messages}");
     }
     // One cubic that ends within the tolerance of its start.
     let spline = "0 SPLINE 8 0 70 8 71 3 40 0 40 0 40 0 40 0 40 1 40 1 40 1 40 1 10 0 20 0 10 4 20 \
                   0 10 4 20 4 10 0 20 0.0003";
-    let (graph, messages) = graph(&text(spline), &ReadOptions::default());
+    let (graph, messages) = graph(&drawing(&[spline]), &ReadOptions::default());
     assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 4), "{messages}");
 }
 
@@ -368,18 +367,15 @@ fn a_line_whose_ends_are_joined_to_one_node_is_left_out() {
 #[test]
 fn names_of_layers_are_in_the_code_page_of_the_drawing() {
     let start = "0\r\nSECTION\r\n2\r\nHEADER\r\n9\r\n$DWGCODEPAGE\r\n3\r\n";
-    let line = |name: &[u8]| {
-        let end = b"\r\n10\r\n0\r\n20\r\n0\r\n11\r\n8\r\n21\r\n0\r\n0\r\nENDSEC\r\n0\r\nEOF\r\n";
-        let begin = b"\r\n0\r\nENDSEC\r\n0\r\nSECTION\r\n2\r\nENTITIES\r\n0\r\nLINE\r\n8\r\n";
-        [begin.as_slice(), name, end].concat()
-    };
+    let begin = b"\r\n0\r\nENDSEC\r\n0\r\nSECTION\r\n2\r\nENTITIES\r\n0\r\nLINE\r\n8\r\n";
+    let end = b"\r\n10\r\n0\r\n20\r\n0\r\n11\r\n8\r\n21\r\n0\r\n0\r\nENDSEC\r\n0\r\nEOF\r\n";
     for (page, name, decoded) in [
         ("ANSI_1252", b"Fahrspur_S\xfcd".as_slice(), "Fahrspur_Süd"),
         ("ANSI_936", b"\xb3\xb5\xb5\xc0", "车道"),
     ] {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.dxf");
-        let bytes = [start.as_bytes(), page.as_bytes(), &line(name)].concat();
+        let bytes = [start.as_bytes(), page.as_bytes(), begin, name, end].concat();
         std::fs::write(&path, bytes).expect("a file");
         let options = metres(&[decoded]);
         let (graph, findings) = crate::read::read(&path, &options).expect("a drawing");

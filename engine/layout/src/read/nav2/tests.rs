@@ -276,11 +276,11 @@ fn boxes_and_third_coordinates_are_listed() {
 
 #[test]
 fn coordinates_may_be_texts() {
-    let point = |id: &str, x: &str| {
+    fn point(id: &str, x: &str) -> String {
         format!(
             r#"{{"properties": {{"id": "{id}"}}, "geometry": {{"type": "Point", "coordinates": ["{x}", "0"]}}}},"#
         )
-    };
+    }
     let text = format!(
         r#"{{"type": "FeatureCollection", "features": [{}{}
         {{"properties": {{"id": 1, "startid": "a", "endid": "b"}}, "geometry": {{"type": "LineString", "coordinates": []}}}}]}}"#,
@@ -293,11 +293,11 @@ fn coordinates_may_be_texts() {
 
 #[test]
 fn keys_beside_metadata_are_those_of_metadata() {
-    let point = |id: u32, x: u32, keys: &str| {
+    fn point(id: u32, x: u32, keys: &str) -> String {
         format!(
             r#"{{"type": "Feature", "properties": {{"id": {id}{keys}}}, "geometry": {{"type": "Point", "coordinates": [{x}, 0]}}}},"#
         )
-    };
+    }
     let text = format!(
         r#"{{"type": "FeatureCollection", "features": [{}{}
         {{"type": "Feature", "properties": {{"id": 9, "startid": 0, "endid": 3, "abs_speed_limit": 0.5, "frame": "map"}},
