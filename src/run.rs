@@ -18,6 +18,7 @@ use tempfile::NamedTempFile;
 use crate::arguments::Time;
 use crate::engine::EngineOptions;
 use crate::failure::{Failure, plugin_failure};
+use crate::output::with_plural;
 use crate::scenario::Demo;
 use crate::supervisor::{EndedChild, Supervisor};
 use crate::{control, plugin, scenario};
@@ -192,8 +193,9 @@ fn print_summary(scenario: &Scenario, args: &RunArgs) {
         println!("{summary}");
     } else {
         println!(
-            "fleet '{fleet}': {robots} robots on {edges} edges, {rate_hz} ticks a second; \
-             Ctrl-C stops"
+            "fleet '{fleet}': {} on {}, {rate_hz} ticks a second; Ctrl-C stops",
+            with_plural(robots as usize, "robot"),
+            with_plural(edges, "edge")
         );
     }
 }

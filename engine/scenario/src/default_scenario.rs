@@ -69,9 +69,15 @@ fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
         left_out += &format!("# Left out: {part}.\n");
     }
     format!(
-        "robots:\n- count: {robots}\n  routes: none                     # they wait for orders\n\
-         {left_out}{load}plugins:\n- name: fleet-manager\n  args: [--in-turn]                \
-         # far stations are served, too\n- collision\n- traffic\n"
+        "robots:\n\
+         - count: {robots}\n  \
+           routes: none                      # they wait for orders\n\
+         {left_out}{load}\
+         plugins:\n\
+         - name: fleet-manager\n  \
+           args: [--in-turn]                 # distant stations are served, too\n\
+         - collision\n\
+         - traffic\n"
     )
 }
 

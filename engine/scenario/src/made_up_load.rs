@@ -87,7 +87,7 @@ impl MadeUpLoad {
             Self::Nodes(nodes) => &[("nodes", nodes)],
             Self::AnyNode => &[],
         };
-        let mut text = format!("load:                               # {}\n", self.words());
+        let mut text = format!("load:                                 # {}\n", self.words());
         text += if groups.is_empty() { "" } else { "  groups:\n" };
         for (name, nodes) in groups {
             let ids: Vec<String> = nodes.iter().map(u32::to_string).collect();
@@ -99,8 +99,8 @@ impl MadeUpLoad {
             Self::Nodes(_) => "  among: nodes\n",
             Self::AnyNode => "",
         };
-        text + "  endless: robots                   # as many open orders as there are robots\n  \
-                dwell: {min: 5, max: 15}          # seconds at each stop\n"
+        text + "  endless: robots                     # as many open orders as there are robots\n  \
+                dwell: {min: 5, max: 15}            # seconds at each stop\n"
     }
 }
 

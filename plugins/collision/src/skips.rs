@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn a_busy_machine_is_told_from_a_slow_plugin() {
         let header = FrameHeader { run_id: 1, ..FrameHeader::default() };
-        let mut reason_of = |work_millis: u64| {
+        let reason_of = |work_millis: u64| {
             let (mut skips, mut now) = (Skips::new(true), Instant::now());
             for missed in [0, 0, 0, 12, 0, 0] {
                 let frame = Frame::new(&header, &[]).expect("a frame").after_missing(missed);

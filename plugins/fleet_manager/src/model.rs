@@ -71,6 +71,10 @@ impl Planner for Timed {
     fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {
         self.0.objection(traffic, robot)
     }
+
+    fn guards_rings(&self) -> bool {
+        self.0.guards_rings()
+    }
 }
 
 /// A fleet that drives to random goals.

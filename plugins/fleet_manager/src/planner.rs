@@ -6,6 +6,7 @@
 mod backstop;
 mod committed;
 mod driving_times;
+mod fallback;
 mod landmarks;
 mod lanes;
 mod pibt;
@@ -20,6 +21,7 @@ use std::fmt;
 pub use self::backstop::{Backstop, BackstopSettings};
 pub use self::committed::Committed;
 pub use self::driving_times::DrivingTimes;
+pub use self::fallback::Fallback;
 pub use self::landmarks::Landmarks;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
@@ -42,6 +44,12 @@ pub trait Planner: fmt::Debug + Send {
     /// base that it has just claimed; by default, none.
     fn objection(&mut self, _traffic: &Traffic<'_>, _robot: u32) -> Option<u32> {
         None
+    }
+
+    /// Whether robots that close a ring of waiters are held back; by default, yes. A planner that
+    /// keeps the traffic free of such rings says no.
+    fn guards_rings(&self) -> bool {
+        true
     }
 
     /// Figures of the run so far, by name, for logs and reports.
@@ -93,6 +101,9 @@ impl Plans {
 const LEAST_TWO_WAY: f32 = 0.25;
 /// The largest number of robots with committed ways: each looks at the ways of all others.
 const MOST_COMMITTED: usize = 64;
+/// The number of robots for each that has a place to wait at, up to which committed ways carry more
+/// than other planners, by trial.
+const OVERFULL: usize = 2;
 /// The number of robots for each node from which on one-way blocks that are short for a robot jam.
 const CROWDED: f32 = 0.1;
 /// The length of a short block, in lengths of a robot.
@@ -139,19 +150,22 @@ impl PlannerKind {
     /// Makes the planner for some roads and about so many robots, and returns the settings of
     /// steering for it, too.
     pub(crate) fn planner(self, roads: &Roads, robots: usize) -> (Box<dyn Planner>, Settings) {
+        match self {
+            Self::Auto => Self::suited(roads, robots),
+            _ => (self.plain(roads), self.settings()),
+        }
+    }
+
+    /// Makes the planner for some roads; committed ways for [`Auto`](Self::Auto).
+    fn plain(self, roads: &Roads) -> Box<dyn Planner> {
         let planner: Box<dyn Planner> = match self {
-            Self::Auto => return Self::suited(roads, robots),
+            // Committed ways need no backstop, which would lead robots away from them.
+            Self::Auto | Self::Committed => return Box::new(Committed::new(roads)),
             Self::Lanes => Box::new(Lanes::new(roads, LanesSettings::default())),
             Self::Tea => Box::new(Tea::new(roads, TeaSettings::default())),
             Self::Pibt => Box::new(Pibt::new(roads, PibtSettings::default())),
-            Self::Committed => Box::new(Committed::new(roads)),
         };
-        // Committed ways need no backstop, which would lead robots away from them.
-        let planner = match self {
-            Self::Committed => planner,
-            _ => Box::new(Backstop::new(planner, BackstopSettings::default())),
-        };
-        (planner, self.settings())
+        Box::new(Backstop::new(planner, BackstopSettings::default()))
     }
 
     /// Makes the planner that suits some roads and a number of robots.
@@ -160,13 +174,20 @@ impl PlannerKind {
             let crowds = robots as f32 > roads.nodes() as f32 * CROWDED && has_short_blocks(roads);
             return if crowds { Self::Pibt } else { Self::Lanes }.planner(roads, robots);
         }
-        if robots <= MOST_COMMITTED {
-            let committed = Committed::new(roads);
-            if robots <= committed.most_robots() {
-                return (Box::new(committed), Self::Committed.settings());
-            }
+        if robots > MOST_COMMITTED {
+            return Self::Lanes.planner(roads, robots);
         }
-        Self::Lanes.planner(roads, robots)
+        let committed = Committed::new(roads);
+        let kinds = match robots <= OVERFULL * committed.most_robots() {
+            true => vec![Self::Committed, Self::Lanes, Self::Pibt],
+            false => vec![Self::Lanes, Self::Committed, Self::Pibt],
+        };
+        let first: Box<dyn Planner> = match kinds[0] {
+            Self::Committed => Box::new(committed),
+            first => first.plain(roads),
+        };
+        let settings = kinds[0].settings();
+        (Box::new(Fallback::new(first, kinds)), settings)
     }
 
     /// The settings of steering for it.
@@ -180,11 +201,9 @@ impl PlannerKind {
                 stub_guard: false,
                 ..Settings::default()
             },
-            // It keeps every state free of rings of waiters, and of robots that can't come out of
-            // a dead end.
+            // It keeps every state free of robots that can't come out of a dead end.
             Self::Committed => Settings {
                 admission: AdmissionSettings::unlimited(),
-                ring_guard: false,
                 stub_guard: false,
                 ..Settings::default()
             },

@@ -59,8 +59,6 @@ pub struct Settings {
     pub latency_secs: f32,
     /// The least distance that a base extends beyond the braking distance, in metres.
     pub lead: f32,
-    /// Whether robots that close a ring of waiters are held back.
-    pub ring_guard: bool,
     /// Whether a dead end is entered only while it is empty.
     pub stub_guard: bool,
     /// The limit on robots that are on the roads at the same time.
@@ -74,7 +72,6 @@ impl Default for Settings {
         Self {
             latency_secs: 0.2,
             lead: 0.5,
-            ring_guard: true,
             stub_guard: true,
             admission: AdmissionSettings::default(),
             conflicts: true,

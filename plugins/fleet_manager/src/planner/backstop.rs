@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use self::course::Course;
 use self::lacam::{Outcome, Search, shorten};
 use self::region::{Region, Size};
-use self::standing::Standing;
+pub(super) use self::standing::Standing;
 use super::{Planner, Plans};
 use crate::roads::Leg;
 use crate::traffic::Traffic;
@@ -298,6 +298,10 @@ impl Planner for Backstop {
         if !self.cases.is_empty() {
             self.lead(traffic, plans);
         }
+    }
+
+    fn guards_rings(&self) -> bool {
+        self.planner.guards_rings()
     }
 
     fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {

@@ -227,6 +227,10 @@ impl Planner for Committed {
         self.permit(traffic, plans);
     }
 
+    fn guards_rings(&self) -> bool {
+        false
+    }
+
     fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {
         let (state, end) = (traffic.robot(robot)?, *traffic.claims.end(robot)?);
         let blocked = self.blocks.of(traffic.roads, state.class.footprint, &end);

@@ -1,8 +1,9 @@
 //! The choice of a planner for some roads and robots.
 
-use super::{PlannerKind, two_way_share};
-use crate::model::worlds;
+use super::{Fallback, Planner, PlannerKind, Plans, two_way_share};
+use crate::model::{drive, worlds};
 use crate::roads::Roads;
+use crate::traffic::Traffic;
 use regatta_plugin::world::WorldData;
 
 /// The name of the planner that is chosen for some robots.
@@ -13,10 +14,29 @@ fn chosen(world: &WorldData, robots: usize) -> String {
 }
 
 #[test]
-fn single_tracks_get_committed_ways_while_all_robots_can_rest() {
+fn single_tracks_get_committed_ways_unless_they_are_overfull() {
     let track = worlds::single_track(7);
-    assert!(chosen(&track, 6).starts_with("Committed"), "six rest places");
-    assert!(!chosen(&track, 7).starts_with("Committed"));
+    assert!(chosen(&track, 6).contains("planner: Committed"), "six rest places");
+    assert!(chosen(&track, 40).contains("planner: Lanes"));
+}
+
+/// A planner that plans nothing.
+#[derive(Debug)]
+struct Nothing;
+
+impl Planner for Nothing {
+    fn plan(&mut self, _traffic: &Traffic<'_>, _plans: &mut Plans) {}
+}
+
+#[test]
+fn another_planner_takes_over_where_all_robots_stand() {
+    let maker = |_: &Roads| -> Box<dyn Planner> {
+        let kinds = vec![PlannerKind::Lanes, PlannerKind::Committed];
+        Box::new(Fallback::new(Box::new(Nothing), kinds))
+    };
+    let model = drive("fallback", &worlds::single_track(7), (3, 1), 900, maker);
+    assert!(model.total() > 20, "{}", model.total());
+    assert_eq!(model.counts().last(), Some(&("takeovers", 1)));
 }
 
 #[test]

@@ -139,7 +139,7 @@ impl Steering {
     /// Returns the robot for which a robot has to wait instead of keeping the extension that it has
     /// just claimed.
     fn objection(&mut self, robot: u32, extension: &Extension) -> Option<Blocker> {
-        if self.settings.ring_guard
+        if self.planner.guards_rings()
             && let Some(blocker) = self.closes_ring(robot)
         {
             return Some(blocker);

@@ -60,20 +60,33 @@ fn labels(graph: &RouteGraph) -> BTreeSet<String> {
 }
 
 fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
-    let Some(Value::Object(groups)) = load.rest.get_mut("groups") else { return Ok(()) };
-    for (name, nodes) in groups {
-        let Value::Array(nodes) = nodes else { continue };
-        let was_empty = nodes.is_empty();
-        nodes.retain(|node| !left_out.contains(&label(node)));
-        if nodes.is_empty() && !was_empty {
-            return Err(PlanError::setting(
-                format!("load, group {name}"),
-                "all of its nodes are cut off from the other roads: connect them, or \
-                 `regatta graph check --traffic` shows more",
-            ));
+    if let Some(Value::Object(groups)) = load.rest.get_mut("groups") {
+        for (name, nodes) in groups {
+            prune_list(&format!("group {name}"), nodes, left_out)?;
         }
     }
-    Ok(())
+    for key in ["from", "to", "among"] {
+        if let Some(nodes) = load.rest.get_mut(key) {
+            prune_list(key, nodes, left_out)?;
+        }
+    }
+    let generators = load.generators.iter_mut().flatten();
+    generators.into_iter().try_for_each(|generator| prune(generator, left_out))
+}
+
+/// Takes nodes out of a list. Other values name no nodes one by one.
+fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
+    let Value::Array(nodes) = nodes else { return Ok(()) };
+    let was_empty = nodes.is_empty();
+    nodes.retain(|node| !left_out.contains(&label(node)));
+    if !nodes.is_empty() || was_empty {
+        return Ok(());
+    }
+    Err(PlanError::setting(
+        format!("load, {name}"),
+        "all of its nodes are cut off from the other roads: connect them, or `regatta graph check \
+         --traffic` shows more",
+    ))
 }
 
 fn label(node: &Value) -> String {

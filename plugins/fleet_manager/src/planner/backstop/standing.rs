@@ -68,6 +68,20 @@ impl Standing {
         self.robots.get(robot as usize).copied().flatten().map_or(f64::INFINITY, |since| since.secs)
     }
 
+    /// Whether robots want to drive on, and none has driven or handled a stop for some seconds. A
+    /// robot that is held or broken may be what they wait for: then it is none.
+    pub fn is_standstill(&self, traffic: &Traffic<'_>, secs: f64) -> bool {
+        let mut is_wanted = false;
+        for (robot, state) in traffic.robots() {
+            let is_short = traffic.now - self.since(robot) < secs;
+            if is_short || state.is_pinned() || state.stuck_since.is_finite() {
+                return false;
+            }
+            is_wanted |= is_under_way(traffic, robot, state) && !state.is_unreachable();
+        }
+        is_wanted
+    }
+
     /// Finds the robots that have stood for some seconds and wait for each other, in groups that
     /// don't wait for each other.
     pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
