@@ -125,7 +125,7 @@ fn all_enums() -> Map<String, Value> {
         RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Stalled, Broken, Absent }
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
-        Role { None, Pick, Drop, Park, Charge }
+        Role { None, Pick, Drop, Park, Charge, Transfer }
         ZoneRule { Capacity, SameDirection }
         CommandKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
             Repair, CloseEdge, OpenEdge }
