@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use regatta_layout::RouteGraph;
-use regatta_layout::traffic::{Certificate, MainPart, RobotType};
-use regatta_scenario::default_scenario;
+use regatta_layout::traffic::{Certificate, RobotType};
+use regatta_scenario::{default_scenario, limits};
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
@@ -90,10 +90,8 @@ fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
     let folder = folder.display();
     let warnings = with_plural(warnings, "warning");
     println!("{folder}: {}; {warnings} (`regatta graph check` lists them)", counts(graph));
-    if let Some(main) = MainPart::of(graph) {
-        for part in &main.left_out {
-            println!("{folder}: left out of the orders: {part}");
-        }
+    for limit in limits(graph) {
+        println!("{folder}: {limit}");
     }
     println!("regatta run {folder}/scenario.yaml");
 }

@@ -28,6 +28,9 @@ pub fn run(
     args: &RunArgs,
     termination: &Termination,
 ) -> Result<ExitCode, Failure> {
+    for warning in &scenario.warnings {
+        regatta_plugin::tell!("{warning}");
+    }
     let ticks = args.ticks(&scenario).unwrap_or_default();
     let load = match scenario.source.has(LOAD) {
         true => Some(LoadFile::new(args, &scenario)?),

@@ -1,5 +1,7 @@
 //! The answer of a study: curves, their knees, bottlenecks with their reliefs, and comparisons.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
@@ -56,6 +58,12 @@ pub struct VariantAnswer {
     pub load: String,
     /// What is cut off from the other roads, and didn't take part, in words.
     pub left_out: Vec<String>,
+    /// Whether the load was made for the layout: each robot has an order at any time.
+    pub is_load_made_up: bool,
+    /// The reason why orders have other stops than the layout's stations suggest.
+    pub other_stops: Option<String>,
+    /// The length and the width of the robots, in metres: those of the first type.
+    pub robot_size: [f64; 2],
     /// Edges of the layout.
     pub edges: usize,
     /// Nodes of the layout.
@@ -70,8 +78,8 @@ pub struct VariantAnswer {
     pub contacts: u64,
     /// Orders that waited for a long time, in all runs.
     pub unserved: u64,
-    /// Other findings of the validator in all runs.
-    pub other_findings: u64,
+    /// Other findings of the validator in all runs, by kind.
+    pub other_findings: BTreeMap<String, u64>,
 }
 
 /// The knee of a curve.
@@ -119,10 +127,21 @@ pub struct PointAnswer {
     pub contacts: u64,
     /// Orders that waited for a long time, in all runs.
     pub unserved: u64,
-    /// Other findings of the validator in all runs.
-    pub other_findings: u64,
+    /// Other findings of the validator in all runs, by kind.
+    pub other_findings: BTreeMap<String, u64>,
     /// Orders that the manager gave up, in all runs.
     pub failed_orders: u64,
+    /// Orders that weren't over at the end.
+    pub open_orders: Option<Interval>,
+}
+
+/// Adds numbers by kind.
+fn sums<'a>(parts: impl Iterator<Item = &'a BTreeMap<String, u64>>) -> BTreeMap<String, u64> {
+    let mut sums = BTreeMap::new();
+    for (kind, count) in parts.flatten() {
+        *sums.entry(kind.clone()).or_default() += count;
+    }
+    sums
 }
 
 /// A run of a point.
@@ -201,11 +220,14 @@ impl VariantAnswer {
             name: variant.name.clone(),
             load: variant.load.clone(),
             left_out: variant.left_out.clone(),
+            is_load_made_up: variant.is_load_made_up(),
+            other_stops: variant.other_stops.clone(),
+            robot_size: variant.size(),
             edges: variant.graph.edges().len(),
             nodes: variant.graph.nodes().len(),
             contacts: points.iter().map(|point| point.contacts).sum(),
             unserved: points.iter().map(|point| point.unserved).sum(),
-            other_findings: points.iter().map(|point| point.other_findings).sum(),
+            other_findings: sums(points.iter().map(|point| &point.other_findings)),
             points,
             knee,
             failed: curve.failed.clone(),
@@ -240,8 +262,9 @@ impl PointAnswer {
             warm_up_secs: point.interval(|run| Some(run.warm_up_secs)),
             contacts: point.runs.iter().map(|run| run.contacts).sum(),
             unserved: point.runs.iter().map(|run| run.unserved).sum(),
-            other_findings: point.runs.iter().map(|run| run.other_findings).sum(),
+            other_findings: sums(point.runs.iter().map(|run| &run.other_findings)),
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
+            open_orders: point.interval(|run| Some(run.open_orders as f64)),
         }
     }
 }

@@ -130,10 +130,12 @@ pub struct Measured {
     pub stalls: Vec<Stall>,
     /// Orders that waited for a long time, for a robot or with one.
     pub unserved: u64,
-    /// The validator's other findings.
-    pub other_findings: u64,
+    /// The validator's other findings, by kind.
+    pub other_findings: BTreeMap<String, u64>,
     /// Orders that the manager gave up.
     pub failed_orders: u64,
+    /// Orders that weren't over at the end.
+    pub open_orders: u64,
     /// The duration of the run, in seconds.
     pub wall_secs: f64,
 }
@@ -160,7 +162,7 @@ impl Outcome {
 
     /// Returns the figures after the warm-up, whose end the series of finished orders determines.
     pub fn measured(&self) -> Measured {
-        let Figures { secs, period_secs, effort, finished, failed, .. } = &self.figures;
+        let Figures { secs, period_secs, effort, finished, failed, open, .. } = &self.figures;
         // A period that isn't over would look like a slow one.
         let periods = (secs / period_secs).floor() as usize;
         let mut series = vec![0.0; periods];
@@ -186,7 +188,10 @@ impl Outcome {
         let hours = (end_secs - warm_up_secs) / 3600.0;
         let effort = sum(effort.get(cut..periods.min(effort.len())).unwrap_or_default());
         let (contacts, unserved) = (self.count(CONTACT), self.count(UNSERVED));
-        let stalls: u64 = STALLS.iter().map(|kind| self.count(kind)).sum();
+        let mut other_findings = self.findings.clone();
+        other_findings.retain(|kind, _| {
+            kind != CONTACT && kind != UNSERVED && !STALLS.contains(&kind.as_str())
+        });
         let metres = effort.loaded_metres + effort.empty_metres;
         Measured {
             digest: self.digest.clone(),
@@ -203,8 +208,9 @@ impl Outcome {
             contacts,
             stalls: self.stalls.clone(),
             unserved,
-            other_findings: self.findings.values().sum::<u64>() - contacts - unserved - stalls,
+            other_findings,
             failed_orders: *failed,
+            open_orders: *open,
             wall_secs: self.wall_secs,
         }
     }
@@ -277,7 +283,8 @@ mod tests {
             (measured.utilisation, measured.waiting, measured.empty),
             (0.75, 0.25, Some(0.25))
         );
-        assert_eq!((measured.contacts, measured.other_findings), (2, 1));
+        assert_eq!(measured.contacts, 2);
+        assert_eq!(measured.other_findings, BTreeMap::from([("idle".to_owned(), 1)]));
     }
 
     #[test]

@@ -134,9 +134,10 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
             curve.points.push(Point { robots, runs });
         }
     }
-    // A run with a stall isn't traffic.
+    // A run with a stall isn't traffic, and a larger fleet isn't safer.
     let (mut points, mut indices) = (Vec::new(), Vec::new());
-    for (index, point) in curve.points.iter().enumerate().filter(|(_, point)| !point.is_stalled()) {
+    let moving = curve.points.iter().enumerate().take_while(|(_, point)| !point.is_stalled());
+    for (index, point) in moving {
         if let Some(throughput) = point.throughput() {
             points.push((f64::from(point.robots), throughput.mean));
             indices.push(index);
@@ -208,8 +209,9 @@ mod tests {
             contacts: 0,
             stalls: Vec::new(),
             unserved: 0,
-            other_findings: 0,
+            other_findings: BTreeMap::new(),
             failed_orders: 0,
+            open_orders: 0,
             wall_secs: 1.0,
         }
     }

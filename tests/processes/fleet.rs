@@ -103,7 +103,7 @@ impl Drop for Process {
         if std::thread::panicking() {
             let mut messages = String::new();
             let _ = self.0.stderr.take().map(|mut pipe| pipe.read_to_string(&mut messages));
-            eprintln!("process {}: {status:?} {messages}", self.0.id());
+            println!("process {}: {status:?} {messages}", self.0.id());
         }
     }
 }

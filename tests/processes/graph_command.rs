@@ -388,8 +388,7 @@ fn a_layout_and_a_benchmark_are_run_as_they_are() {
         let output =
             command.args(args).current_dir(folder.path()).output().expect("regatta starts");
         assert_eq!(text(&output.stdout).trim().len(), 32, "{name}: {}", text(&output.stderr));
-        let is_told =
-            text(&output.stderr).contains("a scenario with robots on random routes is used");
+        let is_told = text(&output.stderr).contains("this is a layout without a scenario");
         assert_eq!(is_told, name.ends_with(".json"), "{}", text(&output.stderr));
     }
 }

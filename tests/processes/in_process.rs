@@ -208,7 +208,13 @@ fn robots_on_routes_of_the_scenario() {
 #[test]
 fn robots_on_random_routes() {
     compare(&graphs("warehouse-1000.yaml"), 300, false);
-    compare(&graphs("square.yaml"), 300, false);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("square.yaml");
+    let layout = graphs("square.yaml");
+    let scenario =
+        format!("graph: {}\nrate: 50\nrobots: [{{count: 4, routes: random}}]\n", layout.display());
+    std::fs::write(&path, scenario).expect("written");
+    compare(&path, 300, false);
 }
 
 #[test]

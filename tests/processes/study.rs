@@ -264,15 +264,12 @@ fn what_cannot_be_studied_is_told_in_one_line() {
     let nodes = "A,0,0,pick\nB,10,0,\nC,10,10,drop\n";
     let ring = file("ring.csv", &format!("id,x,y,role\n{nodes}\nfrom,to\nA,B\nB,C\nC,A\n"));
     let ring = ring.to_str().expect("a path");
-    let apart = file(
-        "apart.csv",
-        &format!("id,x,y,role\n{nodes}D,0,30,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n"),
-    );
+    let apart = file("apart.csv", &format!("id,x,y,role\n{nodes}\nfrom,to\nA,B\nB,C\n"));
     let study_file = file("s.yaml", "plant: none.yaml\nrobots: 1..4\n");
     let misspelt = file("t.yaml", "plant: none.yaml\nrobot: 1..4\n");
     for (args, expected) in [
         (vec!["nowhere.yaml"], "nowhere.yaml: can't read"),
-        (vec![apart.to_str().expect("a path")], "station D can't be reached"),
+        (vec![apart.to_str().expect("a path")], "no road leads back to where it began"),
         (vec![study_file.to_str().expect("a path")], "none.yaml"),
         (vec![misspelt.to_str().expect("a path")], "robot"),
         (vec!["x.yaml", "--robots", "9..3"], "9..3"),
@@ -489,7 +486,7 @@ fn a_full_disk_is_told_and_nothing_finished_is_lost() {
         mounted.is_ok_and(|output| output.status.success())
     };
     if !mount("size=64k") {
-        eprintln!("not tested: no disk can be mounted");
+        println!("not tested: no disk can be mounted");
         return;
     }
     let on_disk = disk.join("s");

@@ -177,7 +177,7 @@ fn figures(job: &Job, outcome: &Outcome) -> Result<Run, Failure> {
         orders_per_hour: measured.orders_per_hour,
         waiting: measured.waiting,
         contacts: measured.contacts,
-        other_findings: measured.other_findings,
+        other_findings: measured.unserved + measured.other_findings.values().sum::<u64>(),
         failed_orders: measured.failed_orders,
         open_orders: outcome.figures.open,
         longest_gap_secs: longest_gap(outcome),
@@ -246,6 +246,7 @@ mod tests {
         json!({
             "job": "0a", "digest": "d", "edges": [], "wall_secs": 0.5,
             "findings": {"contact": 2, "idle": 1},
+            "stalls": [],
             "figures": {
                 "secs": 600.0, "robots": 4, "period_secs": 10.0, "effort": [],
                 "finished": finished, "open": 4, "failed": 1, "cancelled": 0, "samples_missed": 0,

@@ -58,11 +58,8 @@ fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
         let robots = by_length(graph) as u32;
         return format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
     };
-    let mut load = MadeUpLoad::new(&main.graph);
+    let load = MadeUpLoad::new(&main.graph);
     let robots = robots(&main, &load, [length, width]);
-    if !main.left_out.is_empty() {
-        load = load.named(&main.graph);
-    }
     let load = load.section();
     let mut left_out = String::new();
     for part in &main.left_out {
@@ -79,6 +76,18 @@ fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
          - collision\n\
          - traffic\n"
     )
+}
+
+/// Returns what a made-up fleet doesn't do on a layout, one line each.
+pub fn limits(graph: &RouteGraph) -> Vec<String> {
+    let Some(main) = MainPart::of(graph) else {
+        return vec![
+            "no road leads back to where it began: robots drive at random, without a fleet manager"
+                .to_owned(),
+        ];
+    };
+    let left_out = main.left_out.iter().map(|part| format!("left out of the orders: {part}"));
+    left_out.chain(MadeUpLoad::new(&main.graph).other_stops(graph)).collect()
 }
 
 /// Returns a number of robots that the layout allows without a jam: by the length of its roads, the

@@ -35,7 +35,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use count::{ParseRobotCountError, RobotCount};
-pub use default_scenario::default_scenario;
+pub use default_scenario::{default_scenario, limits};
 pub use explain::{YamlProblem, closest};
 pub use made_up_load::MadeUpLoad;
 pub use read::{document, is_scenario};

@@ -12,12 +12,10 @@ pub enum MadeUpLoad {
         /// The nodes to drop at.
         drops: Vec<u32>,
     },
-    /// From one of these nodes of stations to the next, by id.
+    /// From one of these nodes of stations to another, by id. Chargers and parking places are none.
     Stations(Vec<u32>),
-    /// From one of these nodes to the next, by id, since the layout names no stations.
+    /// From one of these nodes to another, by id, since robots can't drive between two stations.
     Nodes(Vec<u32>),
-    /// From any node that isn't a charger to the next, as in a load without groups.
-    AnyNode,
 }
 
 impl MadeUpLoad {
@@ -37,10 +35,8 @@ impl MadeUpLoad {
             return Self::Stations(stations);
         }
         // Chargers are stops only where there are hardly other nodes.
-        match purposes.iter().filter(|role| **role != Role::Charge).count() {
-            0 | 1 => Self::Nodes(with(|_| true)),
-            _ => Self::AnyNode,
-        }
+        let nodes = with(|role| role != Role::Charge);
+        Self::Nodes(if nodes.len() > 1 { nodes } else { with(|_| true) })
     }
 
     /// The number of nodes with stations that it has; `None` if the layout names none.
@@ -51,7 +47,29 @@ impl MadeUpLoad {
                 Some(picks.len() + others.count())
             }
             Self::Stations(nodes) => Some(nodes.len()),
-            Self::Nodes(_) | Self::AnyNode => None,
+            Self::Nodes(_) => None,
+        }
+    }
+
+    /// The reason why the orders have other stops than the stations of the whole layout suggest:
+    /// `None` if they are those.
+    pub fn other_stops(&self, whole: &RouteGraph) -> Option<String> {
+        let purposes = whole.purposes();
+        let has_transports = purposes.iter().any(|role| role.is_pick())
+            || purposes.iter().any(|role| role.is_drop());
+        match self {
+            Self::Transports { .. } => None,
+            _ if has_transports => Some(format!(
+                "no robot can drive from a station to pick at to another one to drop at, and back; \
+                 orders lead {} instead",
+                self.words()
+            )),
+            Self::Stations(_) => None,
+            Self::Nodes(_) if !whole.stations().is_empty() => Some(format!(
+                "robots can't drive between two stations; orders lead {} instead",
+                self.words()
+            )),
+            Self::Nodes(_) => None,
         }
     }
 
@@ -59,23 +77,8 @@ impl MadeUpLoad {
     pub fn words(&self) -> &'static str {
         match self {
             Self::Transports { .. } => "from stations to pick at to stations to drop at",
-            Self::Stations(_) => "from one station to the next",
-            Self::Nodes(_) | Self::AnyNode => {
-                "from one node to the next, since the layout names no stations"
-            }
-        }
-    }
-
-    /// Names the nodes of [`AnyNode`](Self::AnyNode), for a layout that has more than the graph.
-    #[must_use]
-    pub fn named(self, graph: &RouteGraph) -> Self {
-        match self {
-            Self::AnyNode => {
-                let nodes = graph.nodes().iter().zip(graph.purposes());
-                let nodes = nodes.filter(|(_, role)| *role != Role::Charge);
-                Self::Nodes(nodes.map(|(node, _)| node.id).collect())
-            }
-            named => named,
+            Self::Stations(_) => "from one station to another",
+            Self::Nodes(_) => "from one node to another",
         }
     }
 
@@ -85,31 +88,33 @@ impl MadeUpLoad {
             Self::Transports { picks, drops } => &[("pick", picks), ("drop", drops)],
             Self::Stations(nodes) => &[("stations", nodes)],
             Self::Nodes(nodes) => &[("nodes", nodes)],
-            Self::AnyNode => &[],
         };
         let mut text = format!("load:                                 # {}\n", self.words());
-        text += if groups.is_empty() { "" } else { "  groups:\n" };
+        text += "  groups:\n";
         for (name, nodes) in groups {
             let ids: Vec<String> = nodes.iter().map(u32::to_string).collect();
             text += &format!("    {name}: [{}]\n", ids.join(", "));
         }
         text += match self {
             Self::Transports { .. } => "  from: pick\n  to: drop\n",
-            Self::Stations(_) => "  among: stations\n",
-            Self::Nodes(_) => "  among: nodes\n",
-            Self::AnyNode => "",
+            Self::Stations(_) => "  from: stations\n  to: stations\n",
+            Self::Nodes(_) => "  from: nodes\n  to: nodes\n",
         };
         text + "  endless: robots                     # as many open orders as there are robots\n  \
                 dwell: {min: 5, max: 15}            # seconds at each stop\n"
     }
 }
 
-/// Returns the ids of the nodes of stations, in ascending order of the nodes.
+/// Returns the ids of the nodes of stations other than chargers and parking places, in ascending
+/// order of the nodes.
 fn station_nodes(graph: &RouteGraph) -> Vec<u32> {
     let mut is_station = vec![false; graph.nodes().len()];
     for node in graph.stations().iter().flat_map(|station| &station.nodes) {
         is_station[node.0 as usize] = true;
     }
-    let nodes = graph.nodes().iter().zip(is_station);
-    nodes.filter(|(_, is_station)| *is_station).map(|(node, _)| node.id).collect()
+    let nodes = graph.nodes().iter().zip(graph.purposes()).zip(is_station);
+    let stations = nodes.filter(|((_, role), is_station)| {
+        *is_station && !matches!(role, Role::Charge | Role::Park)
+    });
+    stations.map(|((node, _), _)| node.id).collect()
 }

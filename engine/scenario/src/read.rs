@@ -11,7 +11,7 @@ use regatta_layout::{
 };
 use serde::de::{DeserializeOwned, IgnoredAny};
 
-use super::default_scenario::default_scenario;
+use super::default_scenario::{default_scenario, limits};
 use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, closest, explain};
 use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
@@ -144,8 +144,12 @@ impl Scenario {
             layout::parse(text, &name.display().to_string(), &overrides.layout)?;
         let file = name.file_name().unwrap_or_default().to_string_lossy();
         let text = default_scenario(&graph, &file, &overrides.layout);
+        let limits = limits(&graph);
         let scenario = Self::parse(&text, name, overrides, |_, _| Ok((graph, findings)))?;
-        Ok(Self { is_default: true, ..scenario })
+        let of_fleet =
+            limits.into_iter().map(|limit| format!("{}: warning: {limit}", name.display()));
+        let warnings = of_fleet.chain(scenario.warnings).collect();
+        Ok(Self { is_default: true, warnings, ..scenario })
     }
 
     fn parse(

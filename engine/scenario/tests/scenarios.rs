@@ -91,7 +91,7 @@ fn an_error_names_the_entry_and_what_to_do() {
         (
             "nodes: {1: {role: dance}}\nrobots: [{node: 1}]",
             "nodes, 1",
-            "use none, pick, drop, park or charge",
+            "use none, pick, drop, park, charge or transfer",
         ),
         ("robots: []", "robots", "at least one"),
         (

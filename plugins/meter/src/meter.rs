@@ -4,7 +4,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Orders};
+use crate::orders::{Finished, Orders, RobotWork};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -16,7 +16,7 @@ pub struct Effort {
     pub robot_secs: f64,
     /// Robot seconds with an order.
     pub ordered_secs: f64,
-    /// Robot seconds in which robots stand and wait for room to drive on.
+    /// Robot seconds in which robots stand and wait for room to drive on, or for a route.
     pub waiting_secs: f64,
     /// Metres driven with a load.
     pub loaded_metres: f64,
@@ -107,7 +107,7 @@ impl Meter {
             robots += 1;
             let work = work_of(robot);
             effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
-            effort.waiting_secs += if state == RobotState::Waiting as u8 { secs } else { 0.0 };
+            effort.waiting_secs += if waits(state, speed, work) { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
             if work.loads > 0 {
                 effort.loaded_metres += metres;
@@ -147,6 +147,14 @@ impl Meter {
             samples_missed: self.samples_missed,
         }
     }
+}
+
+/// Whether a robot waits for room: it waits for the release of its route, or stands without one
+/// although it has an order and isn't at a stop.
+fn waits(state: u8, speed: f32, work: RobotWork) -> bool {
+    let is_held_back =
+        state == RobotState::Idle as u8 && speed == 0.0 && work.orders > 0 && work.at_stops == 0;
+    state == RobotState::Waiting as u8 || is_held_back
 }
 
 #[cfg(test)]

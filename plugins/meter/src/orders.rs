@@ -24,6 +24,8 @@ struct Open {
     robot: Option<u32>,
     /// Loads that were picked and not dropped yet.
     loads: i32,
+    /// Whether its robot is at a stop.
+    is_at_stop: bool,
 }
 
 /// The present work of a robot.
@@ -33,6 +35,8 @@ pub struct RobotWork {
     pub orders: i32,
     /// The number of loads on it.
     pub loads: i32,
+    /// The number of its orders at whose stops it is.
+    pub at_stops: i32,
 }
 
 /// All orders so far.
@@ -54,7 +58,13 @@ impl Orders {
     pub fn take(&mut self, record: &OrderRecord, now_secs: f64) {
         let Some(kind) = record.kind() else { return };
         if kind == OrderKind::Created {
-            let open = Open { created_secs: now_secs, stops: record.detail, robot: None, loads: 0 };
+            let open = Open {
+                created_secs: now_secs,
+                stops: record.detail,
+                robot: None,
+                loads: 0,
+                is_at_stop: false,
+            };
             self.open.insert(record.order, open);
             return;
         }
@@ -68,7 +78,15 @@ impl Orders {
                 self.add(record.robot, 1, loads);
             }
             OrderKind::Withdrawn => self.release(record.order),
+            OrderKind::Arrived => {
+                if !std::mem::replace(&mut open.is_at_stop, true) {
+                    self.robots.entry(record.robot).or_default().at_stops += 1;
+                }
+            }
             OrderKind::Handled => {
+                if std::mem::take(&mut open.is_at_stop) {
+                    self.robots.entry(record.robot).or_default().at_stops -= 1;
+                }
                 let change = match record.action() {
                     StopAction::Pick => 1,
                     StopAction::Drop => -1.min(open.loads),
@@ -91,7 +109,7 @@ impl Orders {
                 self.cancelled += 1;
                 self.close(record.order);
             }
-            OrderKind::Created | OrderKind::Stop | OrderKind::Arrived => {}
+            OrderKind::Created | OrderKind::Stop => {}
         }
     }
 
@@ -114,8 +132,10 @@ impl Orders {
     fn release(&mut self, order: u64) {
         let Some(open) = self.open.get_mut(&order) else { return };
         let loads = std::mem::take(&mut open.loads);
+        let is_at_stop = std::mem::take(&mut open.is_at_stop);
         if let Some(robot) = open.robot.take() {
             self.add(robot, -1, -loads);
+            self.robots.entry(robot).or_default().at_stops -= i32::from(is_at_stop);
         }
     }
 
@@ -147,7 +167,7 @@ mod tests {
 
     /// Whether a robot has an order, and whether it has a load.
     fn has(orders: &Orders, robot: u32) -> [bool; 2] {
-        let RobotWork { orders, loads } = orders.work_in_turn()(robot);
+        let RobotWork { orders, loads, .. } = orders.work_in_turn()(robot);
         [orders > 0, loads > 0]
     }
 

@@ -19,8 +19,6 @@ pub enum StallKind {
     Livelock,
     /// A robot with an order stood while others drove.
     Stuck,
-    /// A robot didn't finish its order for a long time.
-    Unserved,
 }
 
 /// A time in which robots with orders made no progress.
@@ -77,9 +75,7 @@ pub fn stalls(
     let mut stalls = Vec::new();
     for KindEntry { kind, examples } in report.kinds {
         let Ok(kind) = serde_json::from_value::<StallKind>(kind) else { continue };
-        // An order that waits for a robot is a matter of too few robots.
-        let of_robots = examples.into_iter().filter(|finding| !finding.robots.is_empty());
-        stalls.extend(of_robots.map(|finding| finding.stall(kind, waits_for, secs)));
+        stalls.extend(examples.into_iter().map(|finding| finding.stall(kind, waits_for, secs)));
     }
     stalls.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.from_secs.total_cmp(&b.from_secs)));
     Ok(stalls)
@@ -117,10 +113,10 @@ impl fmt::Display for Stall {
             StallKind::Standstill => write!(f, "all robots with orders stand {until}: {who}")?,
             StallKind::Livelock => write!(f, "robots drive {until} without any arrival: {who}")?,
             StallKind::Stuck => write!(f, "{who} stands with an order {until}")?,
-            StallKind::Unserved => write!(f, "{who} doesn't finish an order {until}")?,
         }
         if let Some([x, y]) = self.place {
-            write!(f, " at ({x:.1}, {y:.1}) m")?;
+            let first = if robots.len() == 1 { "" } else { ", the first of them" };
+            write!(f, "{first} at ({x:.1}, {y:.1}) m")?;
         }
         let waits: Vec<String> = waits_for
             .iter()
@@ -152,9 +148,8 @@ mod tests {
         };
         json!({"kinds": [
             {"kind": "contact", "count": 0, "examples": []},
-            {"kind": "unserved", "count": 2, "examples": [
-                finding(1200.0, &[], 1200.0, None), finding(1300.0, &[3], 1200.0, None),
-            ]},
+            {"kind": "unserved", "count": 1, "examples": [finding(1200.0, &[], 1200.0, None)]},
+            {"kind": "stuck", "count": 1, "examples": [finding(700.0, &[3], 600.0, None)]},
             {"kind": "standstill", "count": 2, "examples": [
                 finding(400.0, &[0, 1], 300.0, Some(320.0)),
                 finding(1500.0, &[0, 1], 300.0, Some(600.0)),
@@ -170,11 +165,11 @@ mod tests {
         assert_eq!(
             said,
             [
-                "all robots with orders stand from 1:40 min to 7:00 min: robots 0, 1 at (1.0, \
-                 2.5) m",
-                "all robots with orders stand from 20:00 min on: robots 0, 1 at (1.0, 2.5) m (0 \
-                 waits for 1, 1 waits for 0)",
-                "robot 3 doesn't finish an order from 1:40 min on at (1.0, 2.5) m",
+                "all robots with orders stand from 1:40 min to 7:00 min: robots 0, 1, the first \
+                 of them at (1.0, 2.5) m",
+                "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
+                 at (1.0, 2.5) m (0 waits for 1, 1 waits for 0)",
+                "robot 3 stands with an order from 1:40 min on at (1.0, 2.5) m",
             ]
         );
     }

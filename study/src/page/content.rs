@@ -214,7 +214,16 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     let mut blocks =
         vec![Block::Heading(2, format!("{of}Waiting, with {}", robots_in_words(knee.robots)))];
     if answer.bottlenecks.is_empty() {
-        blocks.push(Block::Text("Nowhere: no robot stood and waited for another one.".to_owned()));
+        let waiting = point_at_knee(answer).and_then(|point| point.waiting);
+        let text = match waiting.map(|waiting| waiting.mean) {
+            Some(share @ 0.005..) => format!(
+                "Robots waited {:.0} % of their time, but for no place: their manager kept them \
+                 where they were.",
+                100.0 * share
+            ),
+            _ => "Nowhere: no robot stood and waited for another one.".to_owned(),
+        };
+        blocks.push(Block::Text(text));
         return blocks;
     }
     let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
@@ -237,6 +246,13 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     }
     blocks.push(Block::Table(rows));
     blocks
+}
+
+/// The point of the first variant at its knee.
+fn point_at_knee(answer: &Answer) -> Option<&PointAnswer> {
+    let variant = answer.variants.first()?;
+    let knee = variant.knee.as_ref()?;
+    variant.points.iter().find(|point| point.robots == knee.robots)
 }
 
 fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
@@ -274,6 +290,7 @@ fn method(answer: &Answer) -> [String; 5] {
         Some(variant) => (&*variant.load, variant.nodes, variant.edges),
         None => ("", 0, 0),
     };
+    let [length, width] = answer.variants.first().map_or([0.0; 2], |variant| variant.robot_size);
     let warm_up = answer
         .variants
         .iter()
@@ -284,7 +301,8 @@ fn method(answer: &Answer) -> [String; 5] {
         (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
     [
         format!(
-            "Regatta {}. The layout has {nodes} nodes and {edges} edges. Load: {load}. Each run is \
+            "Regatta {}. The roads have {nodes} nodes and {edges} edges. Robots: {length} m × \
+             {width} m. Load: {load}. Each run is \
              the real engine with the fleet manager, the validator, and meters of traffic and \
              orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
              repeats bit by bit; `runs` in `study.sqlite` has the command and the digest of each.",

@@ -1,5 +1,6 @@
 //! The first sentences of the page: the answer, and what restricts it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use crate::answer::{Answer, KneeAnswer, VariantAnswer};
@@ -14,7 +15,7 @@ pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     let name = prefix(variant);
     match &variant.knee {
         Some(knee) => format!("{name}{}", of_knee(answer, variant, knee)),
-        None => format!("{name}{}", without_knee(variant)),
+        None => format!("{name}{}", without_knee(variant, answer.method.secs as f64 / 60.0)),
     }
 }
 
@@ -23,7 +24,7 @@ fn prefix(variant: &VariantAnswer) -> String {
     if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) }
 }
 
-fn without_knee(variant: &VariantAnswer) -> String {
+fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
     if let Some(reason) = variant.failure() {
         return format!("no run has succeeded: {reason}.");
     }
@@ -33,7 +34,10 @@ fn without_knee(variant: &VariantAnswer) -> String {
              robots that was tried is an answer.",
             robots_in_words(robots)
         ),
-        None => "nothing was carried: no order was finished.".to_owned(),
+        None => format!(
+            "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes longer, \
+             give a longer --duration."
+        ),
     }
 }
 
@@ -61,7 +65,9 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
         return of_open_end(variant, &count, &throughput, *robots);
     }
     let part = answer.method.knee * 100.0;
-    let half = match half < robots {
+    // Below the first number that was tried nothing is known.
+    let is_half_known = half < robots && variant.points.first().is_some_and(|p| p.robots < *half);
+    let half = match is_half_known {
         true => format!(" Up to {half}, each more brings at least half of that."),
         false => String::new(),
     };
@@ -73,16 +79,17 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
 
 /// The answer if the largest number of robots carries the most.
 fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
-    let more = variant.failed.iter().find(|(failed, _)| *failed > robots);
-    match (more, variant.points.len()) {
-        (Some((failed, reason)), _) => format!(
-            "{count}, which {throughput}. More would carry more, but with {failed}, runs fail: \
-             {reason}."
-        ),
-        (None, 1) => format!("{count} {throughput}. No other number of robots was tried."),
-        (None, _) => format!(
-            "more than {count}. {} {throughput}, and more would carry more.",
-            if robots == 1 { "One".to_owned() } else { robots.to_string() }
+    match variant.failed.iter().find(|(failed, _)| *failed > robots) {
+        Some((failed, reason)) => {
+            let failed = robots_in_words(*failed);
+            format!("{count}, which {throughput}. With {failed}, runs fail: {reason}.")
+        }
+        None if variant.points.len() == 1 => {
+            format!("{count} {throughput}. No other number of robots was tried.")
+        }
+        None => format!(
+            "at least {count}: no larger number was tried, and of those that were, {count} {throughput}, \
+             the most."
         ),
     }
 }
@@ -107,6 +114,10 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         for part in &variant.left_out {
             caveats.push(format!("{name}**Left out**: {part}."));
         }
+        if let Some(reason) = &variant.other_stops {
+            caveats.push(format!("{name}**Other stops**: {reason}."));
+        }
+        caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
         if variant.unserved > 0 {
             caveats.push(format!(
@@ -117,6 +128,20 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         }
     }
     caveats
+}
+
+/// Tells that orders come faster than robots carry them.
+fn backlog(variant: &VariantAnswer) -> Option<String> {
+    let point = variant.points.last()?;
+    let open = point.open_orders?.mean;
+    if variant.is_load_made_up || open <= 2.0 * f64::from(point.robots) + 10.0 {
+        return None;
+    }
+    let robots = robots_in_words(point.robots);
+    Some(format!(
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run, so that orders come \
+         faster than they are carried."
+    ))
 }
 
 /// Tells the stalls of a variant, those of the fewest robots first.
@@ -149,13 +174,17 @@ fn stalls(variant: &VariantAnswer) -> Option<String> {
 /// The contacts and other findings of the validator.
 pub(super) fn safety(answer: &Answer) -> String {
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
-    let others: u64 = answer.variants.iter().map(|variant| variant.other_findings).sum();
     let points = answer.variants.iter().flat_map(|variant| &variant.points);
     let runs: usize = points.map(|point| point.runs.len()).sum();
-    let others = match others {
-        0 => "no other findings".to_owned(),
-        1 => "1 other finding".to_owned(),
-        count => format!("{count} other findings"),
+    let mut others: BTreeMap<&str, u64> = BTreeMap::new();
+    for (kind, count) in answer.variants.iter().flat_map(|variant| &variant.other_findings) {
+        *others.entry(kind).or_default() += count;
+    }
+    let others: Vec<String> =
+        others.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
+    let others = match others.is_empty() {
+        true => "no other findings".to_owned(),
+        false => format!("**other findings**: {}", others.join(", ")),
     };
     match contacts {
         0 => format!(

@@ -42,6 +42,10 @@ pub struct Variant {
     pub graph: Arc<RouteGraph>,
     /// What is cut off from them, in words: it doesn't take part.
     pub left_out: Vec<String>,
+    /// The reason why made-up orders have other stops than the layout's stations suggest.
+    pub other_stops: Option<String>,
+    /// The whole layout.
+    whole: Arc<RouteGraph>,
     /// The program that steers the robots.
     pub manager: Manager,
     /// The stops of the orders, in words.
@@ -97,15 +101,17 @@ impl Variant {
         let mut variant = Self {
             name: String::new(),
             file: path.to_owned(),
-            graph: read.graph.clone(),
+            graph: Arc::clone(&read.graph),
             left_out: Vec::new(),
+            other_stops: None,
+            whole: read.graph,
             manager: Manager::BuiltIn(kept_arguments(&plugins)),
             load: "that of the scenario".to_owned(),
             setup,
             types: types(robots),
             is_load_made_up: false,
         };
-        variant.set_roads(&read.graph)?;
+        variant.set_roads()?;
         if variant.setup.load.is_none() {
             variant.make_load_up();
         }
@@ -127,6 +133,11 @@ impl Variant {
         let name =
             if self.name.is_empty() { self.file.display().to_string() } else { self.name.clone() };
         checked.map(drop).map_err(|error| PlanError::Variant { name, error })
+    }
+
+    /// Whether the load was made for the layout, and not given.
+    pub fn is_load_made_up(&self) -> bool {
+        self.is_load_made_up
     }
 
     /// Returns the largest speed of the robot types, in metres per second; infinite if a type has
@@ -206,16 +217,20 @@ impl Variant {
     fn make_load_up(&mut self) {
         let load = MadeUpLoad::new(&self.graph);
         self.load = format!("each robot has an order at any time, {}", load.words());
+        self.other_stops = load.other_stops(&self.whole);
         self.is_load_made_up = true;
         self.setup.load = Some(match load {
             MadeUpLoad::Transports { .. } => {
                 Load::endless([("from", "pick".into()), ("to", "drop".into())])
             }
             MadeUpLoad::Stations(ids) | MadeUpLoad::Nodes(ids) => {
-                let groups = serde_json::json!({ "stations": ids });
-                Load::endless([("groups", groups), ("among", "stations".into())])
+                let groups = serde_json::json!({ "stops": ids });
+                Load::endless([
+                    ("groups", groups),
+                    ("from", "stops".into()),
+                    ("to", "stops".into()),
+                ])
             }
-            MadeUpLoad::AnyNode => Load::endless([]),
         });
         if let Manager::BuiltIn(args) = &mut self.manager
             && !args.iter().any(|arg| arg == IN_TURN)

@@ -13,7 +13,7 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
 use self::columns::Columns;
-use self::rows::{EdgeRow, Row};
+use self::rows::{EdgeRow, Row, is_with_decimal_comma};
 use self::sibling::{EDGE_WORDS, NODE_WORDS, sibling_files};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
@@ -103,6 +103,9 @@ impl Place {
 impl Reader<'_, '_> {
     fn file(&mut self, text: &str) -> Result<(), SyntaxError> {
         let separator = separator(text);
+        let mut cells = text.split([char::from(separator), '\n', '\r']);
+        let has_decimal_comma = separator != b','
+            && cells.any(|cell| is_with_decimal_comma(cell.trim().trim_matches('"')));
         let mut rows = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
@@ -154,7 +157,7 @@ impl Reader<'_, '_> {
                                or of edges `from,to`";
                 return Err(self.syntax(place.line, message));
             };
-            self.row(Row { columns, cells: &record, place, has_decimal_comma: separator != b',' });
+            self.row(Row { columns, cells: &record, place, has_decimal_comma });
         }
         Ok(())
     }

@@ -13,17 +13,17 @@ use crate::plan::PlanError;
 use crate::plan::scenario::Load;
 
 impl Variant {
-    /// Sets the layout, of which only the main part is used.
+    /// Sets the roads: the main part of the whole layout.
     ///
     /// # Errors
     /// [`PlanError::NoWayBack`] if robots can't come back anywhere, or as
     /// [`keep_load`](Self::keep_load).
-    pub(super) fn set_roads(&mut self, graph: &RouteGraph) -> Result<(), PlanError> {
-        let Some(main) = MainPart::of(graph) else {
+    pub(super) fn set_roads(&mut self) -> Result<(), PlanError> {
+        let Some(main) = MainPart::of(&self.whole) else {
             return Err(PlanError::NoWayBack { file: self.file.clone() });
         };
-        let labels = labels(graph).difference(&labels(&main.graph)).cloned().collect();
-        self.left_out.extend(main.left_out.iter().map(ToString::to_string));
+        let labels = labels(&self.whole).difference(&labels(&main.graph)).cloned().collect();
+        self.left_out = main.left_out.iter().map(ToString::to_string).collect();
         self.graph = Arc::new(main.graph);
         self.keep_load(&labels)
     }
@@ -34,8 +34,11 @@ impl Variant {
     /// [`PlanError::Change`] if an edge can't be changed, or as for another layout.
     pub fn change(&mut self, ids: &[u32], change: EdgeChange) -> Result<(), PlanError> {
         let changes: Vec<_> = ids.iter().map(|id| (*id, change)).collect();
-        match self.graph.with_changes(&changes) {
-            Ok(graph) => self.set_roads(&graph),
+        match self.whole.with_changes(&changes) {
+            Ok(graph) => {
+                self.whole = Arc::new(graph);
+                self.set_roads()
+            }
             Err(error) => Err(PlanError::Change { file: self.file.clone(), error }),
         }
     }
@@ -65,13 +68,32 @@ fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<(), PlanError> 
             prune_list(&format!("group {name}"), nodes, left_out)?;
         }
     }
+    let groups: BTreeSet<String> = match load.rest.get("groups") {
+        Some(Value::Object(groups)) => groups.keys().cloned().collect(),
+        _ => BTreeSet::new(),
+    };
+    prune_stops(load, &groups, left_out)?;
+    for generator in load.generators.iter_mut().flatten() {
+        prune_stops(generator, &groups, left_out)?;
+    }
+    Ok(())
+}
+
+/// Takes nodes out of the stops of a generator. `groups` are the names of groups of nodes.
+fn prune_stops(
+    load: &mut Load,
+    groups: &BTreeSet<String>,
+    left_out: &BTreeSet<String>,
+) -> Result<(), PlanError> {
     for key in ["from", "to", "among"] {
-        if let Some(nodes) = load.rest.get_mut(key) {
-            prune_list(key, nodes, left_out)?;
+        let Some(nodes) = load.rest.get_mut(key) else { continue };
+        prune_list(key, nodes, left_out)?;
+        let name = label(nodes);
+        if !nodes.is_array() && left_out.contains(&name) && !groups.contains(&name) {
+            return Err(cut_off(&format!("{key}: {name}")));
         }
     }
-    let generators = load.generators.iter_mut().flatten();
-    generators.into_iter().try_for_each(|generator| prune(generator, left_out))
+    Ok(())
 }
 
 /// Takes nodes out of a list. Other values name no nodes one by one.
@@ -82,11 +104,15 @@ fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Res
     if !nodes.is_empty() || was_empty {
         return Ok(());
     }
-    Err(PlanError::setting(
+    Err(cut_off(name))
+}
+
+fn cut_off(name: &str) -> PlanError {
+    PlanError::setting(
         format!("load, {name}"),
         "all of its nodes are cut off from the other roads: connect them, or `regatta graph check \
          --traffic` shows more",
-    ))
+    )
 }
 
 fn label(node: &Value) -> String {

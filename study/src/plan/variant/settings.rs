@@ -80,9 +80,9 @@ impl Variant {
 
     fn set_layout(&mut self, path: &Path, options: &ReadOptions) -> Result<(), PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
-        let graph = Scenario::read(path, &overrides)?.graph;
-        (self.file, self.left_out) = (path.to_owned(), Vec::new());
-        self.set_roads(&graph)?;
+        self.whole = Scenario::read(path, &overrides)?.graph;
+        self.file = path.to_owned();
+        self.set_roads()?;
         // Its stations are other ones.
         if self.is_load_made_up {
             self.make_load_up();

@@ -39,12 +39,23 @@ fn stations_that_nobody_reaches_are_left_out_by_name() {
          C,A\nD,A\nE,A\n",
     );
     let left_out = left_out.expect("a variant");
+    assert_eq!(left_out.other_stops, None);
     assert_eq!(left_out.left_out, ["stations `D`, `E`, to which no way leads"]);
     let names: Vec<_> = left_out.graph.nodes().iter().filter_map(|node| node.name()).collect();
     assert_eq!(names, ["A", "B", "C"]);
     let error = variant("id,x,y\nA,0,0\nB,9,0\n\nfrom,to\nA,B\n").map(drop);
     let error = error.expect_err("one way").to_string();
     assert!(error.contains("no road leads back") && !error.contains('\n'), "{error}");
+}
+
+#[test]
+fn orders_with_other_stops_than_the_stations_suggest_say_so() {
+    let trap =
+        "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,\nD,0,9,drop\n\nfrom,to\nA,B\nB,C\nC,A\nB,D\n";
+    let trap = variant(trap).expect("a variant");
+    let reason = trap.other_stops.expect("a reason");
+    assert!(reason.contains("from a station to pick at to another one to drop at"), "{reason}");
+    assert_eq!(trap.left_out, ["station `D`, from which no way leads back"]);
 }
 
 #[test]
@@ -123,9 +134,10 @@ fn another_layout_gets_a_load_of_its_own_and_the_last_planner_counts() {
         .expect("a layout");
     assert_eq!(
         setup(&other)["load"],
-        json!({"endless": "robots"}),
+        json!({"endless": "robots", "from": "stops", "to": "stops", "groups": {"stops": [1, 2, 3]}}),
         "it has no stations to pick and drop at"
     );
+    assert_eq!(other.other_stops, None);
     assert_eq!(other.manager, Manager::BuiltIn(vec![IN_TURN.to_owned()]));
     let planned =
         |variant: Variant, name: &str| variant.with(Setting::Planner, &json!(name), &options);

@@ -141,10 +141,10 @@ impl<'a> Row<'a> {
     fn number(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<(f64, Option<f64>)> {
         let text = self.text(field)?;
         let column = self.columns.list.iter().find(|column| column.field == field)?;
-        let mut number: Option<f64> = text.parse().ok();
-        if number.is_none() && self.has_decimal_comma {
-            number = without_thousands(text).replacen(',', ".", 1).parse().ok();
-        }
+        let number: Option<f64> = match self.has_decimal_comma {
+            true => without_thousands(text).replacen(',', ".", 1).parse().ok(),
+            false => text.parse().ok(),
+        };
         let number = number.filter(|number| number.is_finite());
         if number.is_none() {
             reader.error(
@@ -177,13 +177,21 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Returns a number with a decimal comma without the points between its thousands.
+/// Whether a cell is a number with a comma before its decimals.
+pub(super) fn is_with_decimal_comma(cell: &str) -> bool {
+    cell.contains(',') && without_thousands(cell).replacen(',', ".", 1).parse::<f64>().is_ok()
+}
+
+/// Returns a number of a table with decimal commas without the points between its thousands.
 fn without_thousands(text: &str) -> String {
-    let Some((whole, fraction)) = text.split_once(',') else { return text.to_owned() };
+    let (whole, fraction) = match text.split_once(',') {
+        Some((whole, fraction)) => (whole, format!(",{fraction}")),
+        None => (text, String::new()),
+    };
     let mut groups = whole.split('.');
     let is_first = groups.next().is_some_and(|group| !group.is_empty());
     if is_first && groups.all(|group| group.len() == 3) {
-        return format!("{},{fraction}", whole.replace('.', ""));
+        return whole.replace('.', "") + &fraction;
     }
     text.to_owned()
 }

@@ -78,6 +78,12 @@ fn both_tables_of_a_file_are_read() {
     assert_eq!(back.path, curve.path.reversed());
 }
 
+/// The x coordinates of the nodes, in the file's unit.
+fn graph_of(text: &str) -> Vec<f64> {
+    let (graph, _) = graph(text);
+    graph.nodes().iter().map(|node| node.position.x).collect()
+}
+
 #[test]
 fn separators_decimal_commas_units_and_names_vary() {
     let text = "Vertex_ID;X [mm];Y [mm];Heading [deg]\nA;1500,5;0;90\nB;2500;0;\n\nSource;Target;vmax\nA;B;1,25\n";
@@ -86,6 +92,10 @@ fn separators_decimal_commas_units_and_names_vary() {
     assert_eq!(graph.nodes()[0].position, DVec2::new(1.5005, 0.0));
     assert_eq!(graph.nodes()[0].theta, std::f64::consts::FRAC_PI_2);
     assert_eq!((graph.edges()[0].id, graph.edges()[0].speed), (1, 1.25));
+    let thousands = "id;x;y\nA;1.000,5;0\nB;12.000;0\n\nfrom;to\nA;B\n";
+    let xs = graph_of(thousands);
+    assert_eq!(xs, [1000.5, 12_000.0], "a point is no decimal point where commas are");
+    assert_eq!(graph_of(&thousands.replace("1.000,5", "1.5")), [1.5, 12.0]);
     let tabs = "from\tto\n1\t2\nnode\tx\ty\n1\t0\t0\n2\t100\t0\n";
     let options = ReadOptions { units: Some(LengthUnit::Centimetre), ..options() };
     let (graph, findings) = parse(tabs, "map.csv", &options).expect("a graph");

@@ -167,8 +167,15 @@ impl Joins {
     fn report(&self, layout: &Layout, at: u32, report: &mut Report<'_>) {
         let mut pairs = Vec::new();
         for (&node, &target) in self.0.iter().take(MAX_EXAMPLES) {
-            let [node, target] = [node, target].map(|node| shorten(&layout.nodes[node].id));
-            pairs.push(format!("`{node}` with `{target}`"));
+            let [node, target] = [node, target].map(|node| &layout.nodes[node]);
+            let lost = match (target.role.and(node.role), node.role) {
+                (kept, lost) if lost == Role::None || kept == lost || kept == Role::Transfer => {
+                    String::new()
+                }
+                (_, lost) => format!(" (its role {} is lost)", lost.name()),
+            };
+            let [node, target] = [node, target].map(|node| shorten(&node.id));
+            pairs.push(format!("`{node}` with `{target}`{lost}"));
         }
         let more = match self.0.len() - pairs.len() {
             0 => String::new(),
@@ -193,9 +200,7 @@ impl LayoutNode {
     fn absorb(&mut self, other: LayoutNode, aliases: &mut Vec<String>) {
         let LayoutNode { id, heading, role, tags, .. } = other;
         self.heading = self.heading.or(heading);
-        if self.role == Role::None {
-            self.role = role;
-        }
+        self.role = self.role.and(role);
         self.tags.zone = self.tags.zone.take().or(tags.zone);
         aliases.extend(tags.name.filter(|name| **name != *id).map(String::from));
         aliases.push(id);
