@@ -26,7 +26,7 @@ use crate::arguments::{LayoutArgs, Time};
 use crate::failure::{Failure, plugin_failure};
 use crate::version;
 
-/// Exit code of a study that found contacts, or no answer.
+/// Exit code of a study that found contacts, or no answer for its first variant.
 const FOUND: u8 = 1;
 
 #[derive(Args)]
@@ -131,7 +131,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     {
         return Err(format!("{name}: no run has succeeded: {reason}").into());
     }
-    let is_known = answer.variants.iter().all(|variant| variant.knee.is_some());
+    let is_known = answer.variants.first().is_some_and(|variant| variant.knee.is_some());
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
     Ok(if is_known && contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
 }

@@ -17,7 +17,7 @@ fn study(folder: &Path, args: &[&str]) -> Command {
     let mut command = regatta();
     command.arg("study").arg(graphs("thirty.yaml")).args([
         "--duration",
-        "2min",
+        "10min",
         "--seeds",
         "2..3",
         "--reliefs",
@@ -385,8 +385,10 @@ fn carried(plant: &str, robots: u32) -> f64 {
     let answer = answer(folder.path());
     let point = &answer["variants"][0]["points"][0];
     assert_eq!(point["contacts"], 0, "{plant}: {point}");
-    assert_eq!(point["other_findings"], 0, "{plant}: {point}");
+    assert_eq!(point["other_findings"], serde_json::json!({}), "{plant}: {point}");
+    assert_eq!(point["unserved"], 0, "{plant}: {point}");
     let runs = point["runs"].as_array().expect("a list").iter();
+    assert!(runs.clone().all(|run| run["stalls"] == serde_json::json!([])), "{plant}: {point}");
     let orders = runs.map(|run| run["orders_per_hour"].as_f64().expect("a figure"));
     orders.fold(f64::INFINITY, f64::min)
 }

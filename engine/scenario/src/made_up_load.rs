@@ -21,12 +21,7 @@ pub enum MadeUpLoad {
 impl MadeUpLoad {
     /// Returns the load of the [main part](regatta_layout::traffic::MainPart) of a layout.
     pub fn new(graph: &RouteGraph) -> Self {
-        let purposes = graph.purposes();
-        let with = |fits: fn(Role) -> bool| {
-            let nodes = graph.nodes().iter().zip(&purposes);
-            nodes.filter(|(_, role)| fits(**role)).map(|(node, _)| node.id).collect::<Vec<u32>>()
-        };
-        let (picks, drops) = (with(Role::is_pick), with(Role::is_drop));
+        let (picks, drops) = (nodes_with(graph, Role::is_pick), nodes_with(graph, Role::is_drop));
         if picks.iter().any(|pick| drops.iter().any(|drop| drop != pick)) {
             return Self::Transports { picks, drops };
         }
@@ -35,8 +30,8 @@ impl MadeUpLoad {
             return Self::Stations(stations);
         }
         // Chargers are stops only where there are hardly other nodes.
-        let nodes = with(|role| role != Role::Charge);
-        Self::Nodes(if nodes.len() > 1 { nodes } else { with(|_| true) })
+        let nodes = nodes_with(graph, |role| role != Role::Charge);
+        Self::Nodes(if nodes.len() > 1 { nodes } else { nodes_with(graph, |_| true) })
     }
 
     /// The number of nodes with stations that it has; `None` if the layout names none.
@@ -103,6 +98,12 @@ impl MadeUpLoad {
         text + "  endless: robots                     # as many open orders as there are robots\n  \
                 dwell: {min: 5, max: 15}            # seconds at each stop\n"
     }
+}
+
+/// Returns the ids of the nodes whose purpose fits, in ascending order of the nodes.
+fn nodes_with(graph: &RouteGraph, fits: fn(Role) -> bool) -> Vec<u32> {
+    let nodes = graph.nodes().iter().zip(graph.purposes());
+    nodes.filter(|(_, role)| fits(*role)).map(|(node, _)| node.id).collect()
 }
 
 /// Returns the ids of the nodes of stations other than chargers and parking places, in ascending

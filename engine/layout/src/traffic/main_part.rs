@@ -97,11 +97,11 @@ fn restricted(graph: &RouteGraph, network: &Network<'_>) -> Option<RouteGraph> {
     for (new, &old) in (0..).map(NodeIndex).zip(&main) {
         new_nodes[old as usize] = Some(new);
     }
-    let renamed = |node: NodeIndex| new_nodes[node.0 as usize];
     let nodes = main.iter().map(|&node| graph.node(NodeIndex(node)).clone()).collect();
     let (mut edges, mut new_edges) = (Vec::new(), BTreeMap::new());
     for (old, edge) in (0..).map(EdgeIndex).zip(graph.edges()) {
-        if let (Some(origin), Some(destination)) = (renamed(edge.origin), renamed(edge.destination))
+        if let (Some(origin), Some(destination)) =
+            (new_nodes[edge.origin.0 as usize], new_nodes[edge.destination.0 as usize])
         {
             new_edges.insert(old, EdgeIndex(edges.len() as u32));
             edges.push(Edge { origin, destination, ..edge.clone() });
@@ -111,12 +111,12 @@ fn restricted(graph: &RouteGraph, network: &Network<'_>) -> Option<RouteGraph> {
         return None;
     }
     let stations = graph.stations().iter().map(|station| Station {
-        nodes: station.nodes.iter().filter_map(|&node| renamed(node)).collect(),
+        nodes: station.nodes.iter().filter_map(|node| new_nodes[node.0 as usize]).collect(),
         ..station.clone()
     });
     let stations = stations.filter(|station| !station.nodes.is_empty()).collect();
     let zones = graph.zones().iter().map(|zone| Zone {
-        nodes: zone.nodes.iter().filter_map(|&node| renamed(node)).collect(),
+        nodes: zone.nodes.iter().filter_map(|node| new_nodes[node.0 as usize]).collect(),
         edges: zone.edges.iter().filter_map(|edge| new_edges.get(edge).copied()).collect(),
         ..zone.clone()
     });

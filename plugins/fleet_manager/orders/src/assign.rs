@@ -101,8 +101,9 @@ impl Assigner for InTurn {
         let mut free: VecDeque<u32> = robots.filter(|robot| !busy.contains(robot)).collect();
         let mut pairs = kept;
         for order in problem.orders.iter().filter(|order| order.robot.is_none()) {
-            let can_drive = |robot: &u32| (problem.driving_secs)(*robot, order.node).is_some();
-            let Some(first) = free.iter().position(can_drive) else { continue };
+            let able =
+                free.iter().position(|robot| (problem.driving_secs)(*robot, order.node).is_some());
+            let Some(first) = able else { continue };
             pairs.extend(free.remove(first).map(|robot| (order.id, robot)));
             if free.is_empty() {
                 break;
