@@ -129,7 +129,7 @@ fn an_answer_has_its_figures_pictures_and_runs() {
         .arg(recording.expect("a recording"))
         .output()
         .expect("regatta starts");
-    assert!(text(&info.stdout).contains("1200"), "120 s at 10 ticks: {}", text(&info.stdout));
+    assert!(text(&info.stdout).contains("6001"), "600 s at 10 ticks: {}", text(&info.stdout));
     let page = fs::read_to_string(folder.join("index.html")).expect("a page");
     assert!(page.contains("<svg") && !page.contains("src="), "its pictures are in it");
 }

@@ -104,6 +104,8 @@ const MOST_COMMITTED: usize = 64;
 /// The number of robots for each that has a place to wait at, up to which committed ways carry more
 /// than other planners, by trial.
 const OVERFULL: usize = 2;
+/// The number of robots with such places below which a plant isn't overfilled.
+const FEW: usize = 4;
 /// The number of robots for each node from which on one-way blocks that are short for a robot jam.
 const CROWDED: f32 = 0.1;
 /// The length of a short block, in lengths of a robot.
@@ -178,7 +180,9 @@ impl PlannerKind {
             return Self::Lanes.planner(roads, robots);
         }
         let committed = Committed::new(roads);
-        let kinds = match robots <= OVERFULL * committed.most_robots() {
+        let places = committed.most_robots();
+        let most = if places < FEW { places } else { OVERFULL * places };
+        let kinds = match robots <= most {
             true => vec![Self::Committed, Self::Lanes, Self::Pibt],
             false => vec![Self::Lanes, Self::Committed, Self::Pibt],
         };
