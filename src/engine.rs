@@ -113,8 +113,8 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     // The engine of `regatta run` prints this, too.
     if scenario.is_default {
         regatta_plugin::tell!(
-            "this is a layout without a scenario: one is made up, with orders between its stations; \
-             `regatta new` writes it to a file"
+            "this is a layout without a scenario: one is made up, with orders between its \
+             stations; `regatta new` writes it to a file"
         );
     }
     for warning in &scenario.warnings {

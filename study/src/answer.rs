@@ -20,7 +20,7 @@ pub struct Answer {
     pub program: String,
     /// The method of the study.
     pub method: Method,
-    /// What the roads of the first variant allow its robots, in sentences.
+    /// The traffic that the roads of the first variant allow its robots, in sentences.
     pub certificate: Vec<String>,
     /// The variants. The others are compared with the first.
     pub variants: Vec<VariantAnswer>,
@@ -56,7 +56,7 @@ pub struct VariantAnswer {
     pub name: String,
     /// The stops of the orders, in words.
     pub load: String,
-    /// What is cut off from the other roads, and didn't take part, in words.
+    /// The stations and nodes that are cut off from the other roads, in words: they take no part.
     pub left_out: Vec<String>,
     /// Whether the load was made for the layout: each robot has an order at any time.
     pub is_load_made_up: bool,

@@ -1,4 +1,4 @@
-//! What the layout of a study allows its robots, before any run.
+//! The traffic that the layout of a study allows its robots, before any run.
 
 use regatta_layout::traffic::{Certificate, RobotType, Turning};
 

@@ -71,7 +71,8 @@ fn markdown_table(rows: &[Vec<String>]) -> String {
 /// The style of the page, on a screen and on paper.
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;color:#1d2733;background:#fff;max-width:72rem;margin:2rem auto;\
 padding:0 1.5rem}h1{font-size:1.8rem;line-height:1.2}h2{margin-top:2.5rem}.answer{font-size:1.35rem;line-height:1.4;\
-border-left:.35rem solid #0072b2;padding:.2rem 0 .2rem 1rem;margin:1rem 0}.caveat{border-left:.35rem solid #d55e00;padding-left:1rem}\
+border-left:.35rem solid #0072b2;padding:.2rem 0 .2rem 1rem;margin:1rem 0}\
+.caveat{border-left:.35rem solid #d55e00;padding-left:1rem}\
 table{border-collapse:collapse;\
 font-variant-numeric:tabular-nums;margin:1rem 0;font-size:.9rem}th,td{padding:.3rem .8rem .3rem 0;text-align:right;\
 border-bottom:1px solid #dde3ea;vertical-align:top}th{font-weight:600}\

@@ -38,7 +38,7 @@ impl Interval {
         Some(Self { mean, half_width, values: count })
     }
 
-    /// Whether half of the interval's width is at most a part of the mean's absolute value; a single
+    /// Whether half of the interval's width is at most a part of the mean's absolute value. A single
     /// value has no interval.
     pub fn is_within(&self, part: f64) -> bool {
         self.half_width.is_some_and(|half_width| half_width <= part * self.mean.abs())

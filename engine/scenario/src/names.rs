@@ -15,7 +15,7 @@ pub(super) struct Names<'graph> {
     edges: OnceCell<Index<EdgeIndex>>,
 }
 
-/// What a name stands for.
+/// The nodes or edges that have a name, by name.
 type Index<T> = BTreeMap<String, Vec<T>>;
 
 impl<'graph> Names<'graph> {

@@ -212,7 +212,9 @@ fn group(
         (None, None, Some(node)) => Start::Node(names.node(node)?),
         _ => {
             return Err(
-                "give one of: route (a list of edges), routes: random or none, node (an id or a name)".into(),
+                "give one of: route (a list of edges), routes: random or none, node (an id or a \
+                 name)"
+                    .into(),
             );
         }
     };

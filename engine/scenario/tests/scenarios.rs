@@ -308,7 +308,7 @@ fn plugins_come_after_plugins_of_the_scenario_without_a_cycle() {
     }
 }
 
-/// Nodes and edges with names, of which two nodes are called `gate`, one `20`, and one has an alias.
+/// Nodes and edges with names: two nodes are called `gate`, one `20`, and one has an alias.
 const NAMED: &str = "
 Vertices:
 - {Id: 10, X: 0, Y: 0, Theta: 0, Name: gate}

@@ -3,8 +3,8 @@
 //!
 //! [`Judge`] is pure: it takes the messages of a fleet, and returns a [`Report`]. The plugin feeds
 //! it live; `regatta validate` feeds it with a recording. The rules are in `contacts`, `graph`,
-//! `motion`, `orders`, `progress` and `zones`; their tolerances are constants at the top of each, which
-//! `docs/validator.md` lists. `world_model` computes curves and arc lengths of its own.
+//! `motion`, `orders`, `progress` and `zones`; their tolerances are constants at the top of each,
+//! which `docs/validator.md` lists. `world_model` computes curves and arc lengths of its own.
 //!
 //! A fault that lasts counts once, in the frame in which it begins.
 

@@ -51,6 +51,8 @@ pub struct ChartPoint {
     pub mean: f64,
     /// Half of the width of its interval; 0 for no error bar.
     pub half_width: f64,
+    /// Whether it isn't a figure of traffic: it gets a cross, and no line leads to it.
+    pub is_stalled: bool,
 }
 
 /// Returns the chart as SVG.
@@ -98,11 +100,15 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         area.draw_series(DashedLineSeries::new([(knee, ys.start), (knee, ys.end)], 5, 4, style))?;
     }
     for (series, colour) in chart.series.iter().zip(COLOURS.iter().cycle()) {
-        let line = series.points.iter().map(|point| (point.robots, point.mean));
+        let (stalled, moving): (Vec<&ChartPoint>, Vec<&ChartPoint>) =
+            series.points.iter().partition(|point| point.is_stalled);
+        let line = moving.iter().map(|point| (point.robots, point.mean));
         area.draw_series(LineSeries::new(line.clone(), colour.stroke_width(2)))?;
         area.draw_series(line.map(|point| Circle::new(point, 3, colour.filled())))?;
-        let bars = series.points.iter().filter(|point| point.half_width > 0.0);
-        area.draw_series(bars.map(|&ChartPoint { robots: x, mean, half_width }| {
+        let crosses = stalled.iter().map(|point| (point.robots, point.mean));
+        area.draw_series(crosses.map(|point| Cross::new(point, 6, colour.stroke_width(2))))?;
+        let bars = moving.iter().filter(|point| point.half_width > 0.0);
+        area.draw_series(bars.map(|&&ChartPoint { robots: x, mean, half_width, .. }| {
             let ends = [(x, mean - half_width), (x, mean + half_width)];
             PathElement::new(ends, colour.stroke_width(2))
         }))?;
@@ -145,8 +151,11 @@ mod tests {
 
     #[test]
     fn a_chart_has_its_lines_bars_and_names() {
-        let points = [(1.0, 10.0, 1.0), (2.0, 19.0, 0.0), (4.0, 30.0, 2.0)]
-            .map(|(robots, mean, half_width)| ChartPoint { robots, mean, half_width })
+        let points = [(1.0, 10.0, 1.0), (2.0, 19.0, 0.0), (4.0, 30.0, 2.0), (8.0, 3.0, 9.0)]
+            .map(|(robots, mean, half_width)| {
+                let is_stalled = robots > 4.0;
+                ChartPoint { robots, mean, half_width, is_stalled }
+            })
             .to_vec();
         let one = Series { name: "a".to_owned(), points };
         let svg = chart(&Chart { y: "orders", series: vec![one], knee: Some(2.0) });

@@ -15,7 +15,7 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
     blocks.push(Block::Text(safety(answer)));
-    blocks.push(picture("throughput", "Throughput over robots", throughput_chart(answer)));
+    blocks.push(picture("throughput", &throughput_caption(answer), throughput_chart(answer)));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
     blocks.push(picture("service", "Service time over robots", service_chart(answer)));
     let effort = format!("{}What robots spend their time on", first_of_several(answer));
@@ -47,6 +47,15 @@ fn picture(name: &'static str, caption: &str, svg: String) -> Block {
 fn first_of_several(answer: &Answer) -> String {
     let first = answer.variants.first().filter(|_| answer.variants.len() > 1);
     first.map_or_else(String::new, |variant| format!("{}: ", variant.name))
+}
+
+fn throughput_caption(answer: &Answer) -> String {
+    let mut points = answer.variants.iter().flat_map(|variant| &variant.points);
+    let crosses = match points.any(|point| point.stalled().next().is_some()) {
+        true => "; crosses: robots made no progress in a run, so that these figures aren't traffic",
+        false => "",
+    };
+    format!("Throughput over robots{crosses}")
 }
 
 fn throughput_chart(answer: &Answer) -> String {
@@ -103,7 +112,9 @@ fn series(name: String, variant: &VariantAnswer, figure: Figure) -> Series {
     for point in &variant.points {
         if let Some(Interval { mean, half_width, .. }) = figure(point) {
             let robots = f64::from(point.robots);
-            points.push(ChartPoint { robots, mean, half_width: half_width.unwrap_or(0.0) });
+            let is_stalled = point.stalled().next().is_some();
+            let half_width = half_width.unwrap_or(0.0);
+            points.push(ChartPoint { robots, mean, half_width, is_stalled });
         }
     }
     Series { name, points }

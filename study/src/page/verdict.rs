@@ -35,8 +35,8 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
             robots_in_words(robots)
         ),
         None => format!(
-            "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes longer, \
-             give a longer --duration."
+            "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes \
+             longer, give a longer --duration."
         ),
     }
 }
@@ -88,8 +88,8 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
             format!("{count} {throughput}. No other number of robots was tried.")
         }
         None => format!(
-            "at least {count}: no larger number was tried, and of those that were, {count} {throughput}, \
-             the most."
+            "at least {count}: no larger number was tried, and of those that were, {count} \
+             {throughput}, the most."
         ),
     }
 }
@@ -105,7 +105,7 @@ fn least_stalled(variant: &VariantAnswer) -> Option<u32> {
     stalled.map(|point| point.robots)
 }
 
-/// What restricts the answer: stations that didn't take part, runs that stalled, and orders that
+/// The restrictions of the answer: stations that took no part, runs that stalled, and orders that
 /// waited for long.
 pub(super) fn caveats(answer: &Answer) -> Vec<String> {
     let mut caveats = Vec::new();
@@ -139,7 +139,7 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     }
     let robots = robots_in_words(point.robots);
     Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run, so that orders come \
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: orders come \
          faster than they are carried."
     ))
 }

@@ -40,7 +40,7 @@ pub struct Variant {
     pub file: PathBuf,
     /// The roads: the main part of the layout.
     pub graph: Arc<RouteGraph>,
-    /// What is cut off from them, in words: it doesn't take part.
+    /// The stations and nodes that are cut off from them, in words: they take no part.
     pub left_out: Vec<String>,
     /// The reason why made-up orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,

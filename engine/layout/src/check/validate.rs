@@ -261,7 +261,7 @@ struct EdgeCheck<'a, 'r, 'text> {
     origin: DVec2,
     /// Whether angles are in degrees.
     degrees: bool,
-    /// What messages call its speed and its speed in reverse gear.
+    /// The names in messages of its speed and its speed in reverse gear.
     names: [&'static str; 2],
     report: &'r mut Report<'text>,
 }

@@ -1,4 +1,5 @@
-//! Grid maps and scenarios of the MovingAI benchmarks, and grid maps of the League of Robot Runners.
+//! Grid maps and scenarios of the MovingAI benchmarks, and grid maps of the League of Robot
+//! Runners.
 //!
 //! The centre of each free cell becomes a node, and an edge leads to each free cell beside, above
 //! and below it. The id of a node is `row × width + column`, counted from the top left corner as in

@@ -22,7 +22,7 @@ const MOST_NAMES: usize = 20;
 pub struct MainPart {
     /// Its roads, with the ids of the layout.
     pub graph: RouteGraph,
-    /// What isn't in it, by reason.
+    /// The other stations and nodes, by reason.
     pub left_out: Vec<LeftOut>,
 }
 

@@ -86,8 +86,8 @@ impl Default for Nearest {
     }
 }
 
-/// Each waiting order for the free robot with the lowest id that can drive to it, and no robot loses
-/// an order. For measurements: an endless load then sends robots to random nodes, however many are
+/// Each waiting order for the free robot with the lowest id that can drive to it. No robot loses an
+/// order. For measurements: an endless load then sends robots to random nodes, however many are
 /// free at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InTurn;

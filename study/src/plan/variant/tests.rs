@@ -134,7 +134,9 @@ fn another_layout_gets_a_load_of_its_own_and_the_last_planner_counts() {
         .expect("a layout");
     assert_eq!(
         setup(&other)["load"],
-        json!({"endless": "robots", "from": "stops", "to": "stops", "groups": {"stops": [1, 2, 3]}}),
+        json!({
+            "endless": "robots", "from": "stops", "to": "stops", "groups": {"stops": [1, 2, 3]},
+        }),
         "it has no stations to pick and drop at"
     );
     assert_eq!(other.other_stops, None);
