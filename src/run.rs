@@ -72,6 +72,9 @@ pub struct RunArgs {
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let (scenario, input) = read_scenario(&args)?;
+    if let Some(warning) = unread_load(&scenario) {
+        regatta_plugin::tell!("{warning}");
+    }
     if args.in_process {
         return in_process::run(scenario, &args, &termination);
     }
@@ -122,6 +125,19 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         success = false;
     }
     Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Returns a warning if a scenario has orders and no plugin that could read them: a fleet manager,
+/// or a program of the user's.
+fn unread_load(scenario: &Scenario) -> Option<String> {
+    let mut plugins = scenario.plugins.iter();
+    let reads = plugins.any(|plugin| plugin.name == FLEET_MANAGER || !plugin.command.is_empty());
+    (scenario.source.has(LOAD) && !reads).then(|| {
+        format!(
+            "regatta: the scenario has a load, and no plugin carries it: add {FLEET_MANAGER} to \
+             its plugins"
+        )
+    })
 }
 
 /// Reads the scenario. The engine reads it too; reading it here first reports an error once, before

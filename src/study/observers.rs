@@ -13,7 +13,7 @@ use regatta_plugin::column::WAITS_FOR;
 use regatta_plugin::{
     ColumnReader, Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World,
 };
-use regatta_study::outcome::{EdgeFigures, EdgeQueues, EdgeTraffic};
+use regatta_study::outcome::{EdgeFigures, EdgeQueues, EdgeTraffic, LastState};
 use regatta_traffic::{QueueObserver, TrafficPlugin};
 use regatta_validator::{Report, Settings, Validator};
 
@@ -33,9 +33,9 @@ pub struct ObserverArgs {
     /// File for the findings of the validator, as JSON; without it, nothing is judged
     #[arg(long, value_name = "FILE")]
     validator: Option<PathBuf>,
-    /// File for the robots that others wait for at the end, as JSON
+    /// File for the state of the fleet at the end, as JSON
     #[arg(long, value_name = "FILE")]
-    waits_for: PathBuf,
+    last: PathBuf,
     /// File that is made when all are ready to read
     #[arg(long, value_name = "FILE")]
     ready: PathBuf,
@@ -58,6 +58,8 @@ pub struct Observers {
     meter: Metering,
     validator: Option<Validator>,
     waits_for: Option<ColumnReader>,
+    /// By robot: metres east and north in the newest frame.
+    places: Vec<[f32; 2]>,
 }
 
 /// The figures that the readers of a run have at its end.
@@ -70,8 +72,8 @@ pub struct Observed {
     pub meter: Figures,
     /// The findings; `None` if nothing was judged.
     pub findings: Option<Report>,
-    /// By robot: the robot that it waits for at the end.
-    pub waits_for: BTreeMap<u32, u32>,
+    /// The state of the fleet at the end.
+    pub last: LastState,
 }
 
 impl Observers {
@@ -84,6 +86,7 @@ impl Observers {
             meter: Metering::default(),
             validator: is_judged.then(|| Validator::new(Settings::default())),
             waits_for: None,
+            places: Vec::new(),
         }
     }
 
@@ -102,7 +105,7 @@ impl Observers {
             queues: EdgeFigures { edges: queues.collect() },
             meter: self.meter.figures(),
             findings: self.validator.as_mut().map(Validator::take_report),
-            waits_for: self.waiting(),
+            last: LastState { waits_for: self.waiting(), places: std::mem::take(&mut self.places) },
         }
     }
 
@@ -118,7 +121,7 @@ impl Observers {
     }
 
     fn readers(&mut self) -> impl Iterator<Item = &mut dyn Plugin> {
-        let Self { traffic, queues, meter, validator, waits_for: _ } = self;
+        let Self { traffic, queues, meter, validator, .. } = self;
         let readers: [&mut dyn Plugin; 3] = [traffic, queues, meter];
         readers.into_iter().chain(validator.as_mut().map(|validator| validator as &mut dyn Plugin))
     }
@@ -145,6 +148,8 @@ impl Plugin for Observers {
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.places.clear();
+        self.places.extend(frame.x().iter().zip(frame.y()).map(|(x, y)| [*x, *y]));
         self.readers().try_for_each(|reader| reader.on_frame(frame))
     }
 
@@ -204,8 +209,8 @@ impl Plugin for ObserverProgram<'_> {
 
     fn on_stop(&mut self) -> Result {
         self.observers.on_stop()?;
-        let Observed { traffic, queues, meter, findings, waits_for } = self.observers.observed();
-        write(&self.args.waits_for, serde_json::to_string(&waits_for)?)?;
+        let Observed { traffic, queues, meter, findings, last } = self.observers.observed();
+        write(&self.args.last, serde_json::to_string(&last)?)?;
         write(&self.args.traffic, serde_json::to_string(&traffic)?)?;
         write(&self.args.queues, serde_json::to_string(&queues)?)?;
         write(&self.args.meter, serde_json::to_string(&meter)?)?;

@@ -16,7 +16,7 @@ use regatta_plugin::{AFTER_VARIABLE, LOAD_VARIABLE, Termination};
 use regatta_run::{Run, RunError};
 use regatta_scenario::{Overrides, Scenario};
 use regatta_study::job::{Job, Manager};
-use regatta_study::outcome::{EdgeOutcome, Outcome, Stall, edges, stalls};
+use regatta_study::outcome::{EdgeOutcome, LastState, Outcome, Stall, edges, stalls};
 use regatta_study::workers::UNWRITABLE;
 use serde_json::Value;
 
@@ -34,7 +34,7 @@ const RECORDER: &str = "record";
 const TRAFFIC: &str = "traffic";
 const QUEUES: &str = "queues";
 const METER: &str = "meter";
-const WAITS: &str = "waits-for";
+const LAST: &str = "last";
 const VALIDATOR: &str = "validator";
 
 #[derive(Args)]
@@ -179,9 +179,8 @@ impl<'a> JobRun<'a> {
     /// Starts the meters and the validator, which write figures at their end.
     fn start_observers(&mut self) -> Result<(), Failure> {
         let mut observers = self.run.command(OBSERVERS, &["study-observe", "--after", MANAGER])?;
-        let files = [TRAFFIC, QUEUES, METER, WAITS]
-            .into_iter()
-            .chain(self.is_judged().then_some(VALIDATOR));
+        let files =
+            [TRAFFIC, QUEUES, METER, LAST].into_iter().chain(self.is_judged().then_some(VALIDATOR));
         for name in files {
             observers.arg(format!("--{name}")).arg(self.run.json_file(name));
         }
@@ -222,12 +221,12 @@ impl<'a> JobRun<'a> {
             .ok_or("the engine gave no digest")?
             .to_owned();
         let validator = if self.is_judged() { Some(self.json(VALIDATOR)?) } else { None };
-        let waits_for = serde_json::from_value(self.json(WAITS)?)?;
+        let last = serde_json::from_value(self.json(LAST)?)?;
         outcome(
             self.job,
             digest,
             serde_json::from_value(self.json(METER)?)?,
-            Judged::new(self.job, validator, &waits_for)?,
+            Judged::new(self.job, validator, &last)?,
             edges(
                 serde_json::from_value(self.json(TRAFFIC)?)?,
                 serde_json::from_value(self.json(QUEUES)?)?,
@@ -278,17 +277,13 @@ struct Judged {
 }
 
 impl Judged {
-    /// `waits_for` has the robot that each robot waited for at the end.
-    fn new(
-        job: &Job,
-        validator: Option<Value>,
-        waits_for: &BTreeMap<u32, u32>,
-    ) -> Result<Self, Failure> {
+    /// `last` is the state of the fleet at the end.
+    fn new(job: &Job, validator: Option<Value>, last: &LastState) -> Result<Self, Failure> {
         let Some(validator) = validator else {
             return Ok(Self { findings: BTreeMap::new(), stalls: Vec::new() });
         };
         let findings = findings(&validator).collect();
-        Ok(Self { findings, stalls: stalls(validator, waits_for, job.secs as f64)? })
+        Ok(Self { findings, stalls: stalls(validator, last, job.secs as f64)? })
     }
 }
 
@@ -324,13 +319,13 @@ fn run_in_process(
         Err(RunError::Stopped(_)) => return Err("interrupted".into()),
         summary => summary?,
     };
-    let Observed { traffic, queues, meter, findings, waits_for } = observers.observed();
+    let Observed { traffic, queues, meter, findings, last } = observers.observed();
     let validator = findings.map(serde_json::to_value).transpose()?;
     outcome(
         job,
         summary.digest.map(|digest| format!("{digest:032x}")).unwrap_or_default(),
         meter,
-        Judged::new(job, validator, &waits_for)?,
+        Judged::new(job, validator, &last)?,
         edges(traffic, queues),
         started,
     )

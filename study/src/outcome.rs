@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::job::JobId;
 use crate::statistics::{percentile, warm_up};
 
-pub use stall::{Stall, StallKind, stalls};
+pub use stall::{LastState, Stall, StallKind, stalls};
 
 /// The result file of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

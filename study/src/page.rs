@@ -4,6 +4,8 @@
 mod chart;
 mod content;
 mod heat_map;
+mod plan;
+mod stall_map;
 mod verdict;
 
 use std::fmt::Write as _;

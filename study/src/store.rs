@@ -22,7 +22,7 @@ use crate::job::{Job, JobId, content_hash};
 use crate::outcome::{EdgeOutcome, Measured, Outcome};
 
 /// The version of the tables.
-const VERSION: i64 = 3;
+const VERSION: i64 = 4;
 
 const TABLES: &str = "
 CREATE TABLE IF NOT EXISTS runs (

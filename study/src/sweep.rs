@@ -313,6 +313,7 @@ mod tests {
                                 robots: vec![0],
                                 place: None,
                                 waits_for: BTreeMap::new(),
+                                places: BTreeMap::new(),
                             });
                         }
                         known.insert((robots, seed), Ok(run));

@@ -119,3 +119,39 @@ fn the_manager_keeps_a_zone_and_robots_without_one_do_not() {
     assert!(managed.status.success(), "{}", text(&managed));
     assert!(text(&managed).contains("2 finished"), "{}", text(&managed));
 }
+
+/// A loop with a station at one of its nodes, and a node from which no way leads back.
+const STATION: &str = "Edges:
+- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}
+- {Id: 2, Origin_ID: 2, Destination_ID: 1, CurveType: Linear, VelocityForward: 1}
+- {Id: 3, Origin_ID: 3, Destination_ID: 1, CurveType: Linear, VelocityForward: 1}
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 9, Y: 0, Theta: 0, Properties: {aliases: '[\"Storage 01\"]'}}
+- {Id: 3, X: 0, Y: 20, Theta: 0, Name: island}
+";
+
+#[test]
+fn an_order_without_a_way_is_a_finding_and_a_node_is_found_by_another_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    write("plant.yaml", STATION);
+    write(
+        "scenario.yaml",
+        "graph: plant.yaml\nviewer: off\nrobots: [{node: 1}]\n\
+         plugins: [{name: fleet-manager, args: [--orders, orders.yaml]}]\n",
+    );
+    let run = |stop: &str| {
+        write("orders.yaml", &format!("orders:\n- {{name: a, stops: [{{at: {stop}}}]}}\n"));
+        let args = ["run", "scenario.yaml", "--in-process", "--simulated", "1min"];
+        Process::start(regatta().current_dir(folder.path()).args(args)).finish()
+    };
+    let stored = run("Storage 01");
+    assert!(stored.status.success(), "{}", text(&stored));
+    assert!(text(&stored).contains("1 finished"), "{}", text(&stored));
+    let lost = run("island");
+    assert_eq!(lost.status.code(), Some(1), "{}", text(&lost));
+    assert!(text(&lost).contains("1 unroutable"), "{}", text(&lost));
+}

@@ -24,6 +24,7 @@ mod default_scenario;
 mod explain;
 mod made_up_load;
 mod names;
+mod places;
 mod read;
 mod resolve;
 mod robot_type;

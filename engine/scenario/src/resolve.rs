@@ -6,10 +6,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_layout::{Gear, NodeIndex, Role, RouteGraph};
+use regatta_layout::{NodeIndex, Role, RouteGraph};
 
 use super::explain::did_you_mean;
 use super::names::Names;
+use super::places;
 use super::robot_type::robot_types;
 use super::yaml::{
     Disturbances, Key, LegKey, NodeEntry, PluginCommand, PluginEntry, RobotGroupEntry, RoutesEntry,
@@ -49,7 +50,11 @@ pub(super) fn resolve(
     let plugins = plugins(file.plugins, &source.path);
     check_plugins(&plugins).map_err(|message| source.invalid("plugins", message))?;
 
-    let warnings = [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
+    let warnings = [
+        uneven_rate(rate, publish_rate, ticks_per_frame),
+        places::dead_end(&groups, &graph),
+        places::cut_off(&groups, &graph),
+    ];
     let warnings = warnings
         .into_iter()
         .flatten()
@@ -146,20 +151,6 @@ fn groups(
         ));
     }
     Ok(groups)
-}
-
-/// Returns a warning if robots on random walks will stop at a dead end.
-fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
-    groups.iter().find(|group| matches!(group.start, Start::Random))?;
-    let mut nodes = (0..).map(NodeIndex).zip(graph.nodes());
-    // Random walks drive forwards only, so that a leg in reverse gear doesn't leave a dead end.
-    let (_, node) = nodes
-        .find(|(index, _)| graph.departures(*index).iter().all(|leg| leg.gear == Gear::Reverse))?;
-    Some(format!(
-        "robots on random walks will stop at dead ends such as node {}: add an edge that leaves \
-         it, or give the robots routes",
-        node.id
-    ))
 }
 
 fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {

@@ -352,3 +352,36 @@ fn routes_name_edges() {
     let message = read_named("{route: [inn]}").expect_err("unknown").to_string();
     assert!(message.contains("no edge with the id or the name 'inn'; did you mean 'in'?"));
 }
+
+/// A ring of two nodes, a dead end, and an island.
+const PARTS: &str = "
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 5, Y: 0, Theta: 0}
+- {Id: 3, X: 9, Y: 0, Theta: 0, Name: dock}
+- {Id: 4, X: 0, Y: 50, Theta: 0}
+Edges:
+- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
+- {Id: 2, Origin_ID: 2, Destination_ID: 1, CurveType: linear, VelocityForward: 1}
+- {Id: 3, Origin_ID: 2, Destination_ID: 3, CurveType: linear, VelocityForward: 1}
+";
+
+#[test]
+fn robots_that_start_where_they_cannot_work_are_named() {
+    let warnings = |robots: &str| {
+        let text = format!("graph: g.yaml\nrobots: [{robots}]\n");
+        let read = Scenario::from_texts(&text, PARTS, Path::new("s.yaml"), &Overrides::default());
+        read.expect(robots).warnings
+    };
+    let cut_off = |robots: &str| {
+        warnings(robots).into_iter().find(|warning| warning.contains("can't carry orders"))
+    };
+    for robots in ["{node: 1}", "{count: 2, routes: none}", "{route: [3]}"] {
+        assert_eq!(cut_off(robots), None, "{robots}");
+    }
+    let told = cut_off("{node: 2}, {count: 2, node: dock}, {node: 4}").expect("a warning");
+    assert!(
+        told.starts_with("s.yaml: robots 1 (at `dock`), 2 (at `dock`), 3 (at node 4) can't carry"),
+        "{told}"
+    );
+}

@@ -9,7 +9,8 @@ use regatta_plugin::PublishError;
 use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
-    self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData, ZoneRecord,
+    self, CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Texts, WorldData,
+    ZoneRecord,
 };
 use regatta_scenario::{RobotType, Shape, Start};
 
@@ -136,7 +137,25 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
         let record = zone_record(zone, &mut world.texts);
         world.add_zone(record, nodes.map(|node| node.0), edges.map(|edge| edge.0));
     }
+    add_other_names(graph, &mut world);
     world
+}
+
+/// Adds the names of stations, and the aliases of nodes.
+fn add_other_names(graph: &RouteGraph, world: &mut WorldData) {
+    let mut add = |name: &str, node: u32| {
+        world.other_names.push(OtherNameRecord { name: world.texts.add(name), node });
+    };
+    for station in graph.stations() {
+        for node in &station.nodes {
+            add(&station.name, node.0);
+        }
+    }
+    for (node, index) in graph.nodes().iter().zip(0..) {
+        for alias in node.tags.iter().flat_map(|tags| tags.aliases()) {
+            add(&alias, index);
+        }
+    }
 }
 
 fn node_record(node: &Node, role: Role, texts: &mut Texts) -> NodeRecord {

@@ -18,8 +18,8 @@ const MARGIN: f64 = 0.1;
 
 /// Ends of edges in random order, and the footprints of robots that stand.
 pub(super) struct StandingPlaces {
-    /// Those in the main part of the layout come first, as robots can't work elsewhere; among them,
-    /// ends at nodes with one edge in and one edge out: there, a robot blocks no other route.
+    /// They are in the main part of the layout, as robots can't work elsewhere. Ends at nodes with
+    /// one edge in and one edge out come first: there, a robot blocks no other route.
     ends: Vec<EdgeIndex>,
     /// By robot type: the number of ends that were tried. Those are taken, or too near to another
     /// robot.
@@ -36,15 +36,13 @@ impl StandingPlaces {
             let random = mix(seed ^ mix(place as u64)) >> 32;
             ends.swap(place, ((random * (place as u64 + 1)) >> 32) as usize);
         }
+        keep_main_part(graph, &mut ends);
         let arrivals = arrivals(graph);
-        let components = Components::strong(graph);
-        let main = components.main(graph);
         ends.sort_by_key(|edge| {
             let node = graph.edge(*edge).destination;
-            let is_outside = components.of_node[node.0 as usize] != main;
             let departures = graph.departures(node).iter();
             let exits = departures.filter(|leg| leg.gear == Gear::Forward).count();
-            (is_outside, (arrivals[node.0 as usize], exits) != (1, 1))
+            (arrivals[node.0 as usize], exits) != (1, 1)
         });
         let mut cell_size = 0.0_f64;
         for robot_type in robot_types {
@@ -88,6 +86,16 @@ impl StandingPlaces {
 
     fn cell(&self, position: DVec2) -> [i64; 2] {
         (position / self.cell_size).floor().to_array().map(|cell| cell as i64)
+    }
+}
+
+/// Keeps the edges that end in the main part of a layout; all of them if no road leads back to
+/// where it began.
+fn keep_main_part(graph: &RouteGraph, ends: &mut Vec<EdgeIndex>) {
+    let components = Components::strong(graph);
+    let main = components.main(graph);
+    if components.sizes.iter().any(|nodes| *nodes > 1) {
+        ends.retain(|edge| components.of_node[graph.edge(*edge).destination.0 as usize] == main);
     }
 }
 
@@ -181,5 +189,15 @@ mod tests {
         let is_simple =
             |edge: &EdgeIndex| arrivals(&graph)[graph.edge(*edge).destination.0 as usize] == 1;
         assert!(is_simple(&places[0]) && !places.iter().all(is_simple));
+    }
+    #[test]
+    fn no_robot_stands_on_an_island() {
+        let text = "id,x,y\nA,0,0\nB,9,0\nI,0,50\nJ,9,50\n\nfrom,to\nI,J\nA,B\nB,A\n";
+        let (graph, _) = parse(text, "roads.csv", &ReadOptions::default()).expect("a graph");
+        for seed in 0..8 {
+            let mut places = fill(&graph, seed);
+            places.sort_unstable();
+            assert_eq!(places, [EdgeIndex(1), EdgeIndex(2)], "{seed}");
+        }
     }
 }

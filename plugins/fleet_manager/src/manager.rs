@@ -5,6 +5,7 @@
 //! repeats bit by bit.
 
 mod charge;
+mod reach;
 mod requests;
 #[cfg(test)]
 mod tests;
@@ -22,7 +23,7 @@ use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
 use crate::traffic::Seen;
-use regatta_orders::{Candidate, Next, Order, OrderId, OrderPool, State, Stop};
+use regatta_orders::{Candidate, Next, Order, OrderPool, Stop};
 
 /// The progress of a robot with the stop of its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,8 +47,8 @@ pub struct Manager {
     progress: Vec<Progress>,
     present: Vec<u32>,
     candidates: Vec<Candidate>,
-    /// The number of closure changes when unroutable orders were last checked.
-    closure_changes: u64,
+    /// The numbers of closure changes and of robots when unroutable orders were last checked.
+    checked: (u64, usize),
     /// The number of cycles in which vehicles were shown.
     vehicle_cycles: usize,
     /// The time of the last one.
@@ -70,7 +71,7 @@ impl Manager {
             progress: Vec::new(),
             present: Vec::new(),
             candidates: Vec::new(),
-            closure_changes: 0,
+            checked: (0, 0),
             vehicle_cycles: 0,
             vehicles_shown: None,
         }
@@ -210,7 +211,7 @@ impl Manager {
     }
 
     /// Gives the orders of robots that are out of service to others, unless they have begun, and
-    /// tries orders again that couldn't be reached before roads were closed or opened.
+    /// tries orders again that couldn't be reached.
     fn reopen(&mut self, now_secs: f64) {
         for index in 0..self.present.len() {
             let robot = self.present[index];
@@ -220,80 +221,7 @@ impl Manager {
                 self.halt(robot);
             }
         }
-        if self.closure_changes != self.steering.closure_changes() {
-            self.closure_changes = self.steering.closure_changes();
-            let back = self
-                .orders
-                .open_orders()
-                .filter(|order| order.state == State::Unroutable && !self.is_out_of_reach(order));
-            for id in back.map(|order| order.id).collect::<Vec<OrderId>>() {
-                self.orders.reopen(id, now_secs);
-            }
-        }
-        // A robot would have to search all roads for each of them.
-        if self.steering.has_closures() {
-            let lost = self.orders.waiting_orders().filter(|order| self.is_out_of_reach(order));
-            for id in lost.map(|order| order.id).collect::<Vec<OrderId>>() {
-                self.orders.unroutable(id, now_secs, "closed roads lead to its stop");
-            }
-        }
-    }
-
-    /// Whether closures keep robots from coming to an order's next stop.
-    fn is_out_of_reach(&self, order: &Order) -> bool {
-        let next = order.content.stops.get(order.handled_stops);
-        next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
-    }
-
-    /// Gives up the order of a robot that can't reach its next stop. Where closures have cut off
-    /// the robot and not the stop, another robot may carry it out; a robot that has begun it waits
-    /// until roads are open again.
-    fn give_up(&mut self, robot: u32, now_secs: f64) {
-        if self.steering.has_closures() && self.orders.is_bound(robot) {
-            return;
-        }
-        let node = self.steering.base_end_node(robot);
-        let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
-        let is_for_others = is_cut_off || self.is_for_others(robot);
-        self.halt(robot);
-        match self.orders.withdraw(robot, now_secs) {
-            Ok(_) if is_for_others => {}
-            Ok(id) => {
-                self.orders.unroutable(id, now_secs, "no way leads to its stop");
-            }
-            Err(_) => {
-                self.orders.failed(robot, now_secs, "no way leads to its next stop");
-            }
-        }
-    }
-
-    /// Whether no way leads a robot to its next stop, but one leads another robot there.
-    fn is_for_others(&mut self, robot: u32) -> bool {
-        let Some(Stop { node: goal, .. }) = self.orders.current_stop(robot) else { return false };
-        let mut comes_another = false;
-        for &other in &self.present {
-            let node = self.steering.base_end_node(other);
-            let comes = node.is_some_and(|node| self.times.can_reach(node, goal));
-            if comes && other == robot {
-                return false;
-            }
-            comes_another |= comes;
-        }
-        comes_another
-    }
-
-    /// Marks the waiting orders with a stop to which no way leads from the stop before.
-    fn find_impossible(&mut self, now_secs: f64) {
-        let mut impossible = Vec::new();
-        for order in self.orders.waiting_orders() {
-            let mut stops = order.content.stops.windows(2);
-            if !stops.all(|pair| self.times.can_reach(pair[0].node, pair[1].node)) {
-                impossible.push(order.id);
-            }
-        }
-        for id in impossible {
-            self.orders.unroutable(id, now_secs, "no way leads from a stop to the next one");
-        }
+        self.reconsider(now_secs);
     }
 
     /// Assigns orders. In most cycles no robot is free, and there is nothing to do.

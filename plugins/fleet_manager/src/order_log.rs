@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord, StopAction};
+use regatta_plugin::order::{NO_ROBOT, Obstacle, OrderKind, OrderRecord, StopAction};
 
-use regatta_orders::{Action, Change, Order, OrderEvent, Places, Stop};
+use regatta_orders::{Action, Change, Order, OrderEvent, Places, Stop, Unroutable};
 
 /// Turns events into records.
 #[derive(Debug, Default)]
@@ -26,10 +26,10 @@ impl OrderLog {
         log
     }
 
-    /// Returns an event as a record; `None` for those that the order log doesn't have.
-    pub fn record(&mut self, event: &OrderEvent, places: &Places) -> Option<OrderRecord> {
+    /// Returns an event as a record.
+    pub fn record(&mut self, event: &OrderEvent, places: &Places) -> OrderRecord {
         let id = event.id.0;
-        Some(match &event.change {
+        match &event.change {
             Change::Created { stops, .. } => {
                 OrderRecord { detail: *stops, ..record(id, OrderKind::Created, None) }
             }
@@ -51,8 +51,12 @@ impl OrderLog {
             Change::Finished { robot } => self.end(record(id, OrderKind::Finished, Some(*robot))),
             Change::Failed { robot, .. } => self.end(record(id, OrderKind::Failed, *robot)),
             Change::Cancelled { robot, .. } => self.end(record(id, OrderKind::Cancelled, *robot)),
-            Change::Unroutable { .. } | Change::Reopened => return None,
-        })
+            Change::Unroutable { reason } => OrderRecord {
+                detail: obstacle(*reason) as u32,
+                ..record(id, OrderKind::Unroutable, None)
+            },
+            Change::Reopened => record(id, OrderKind::Reopened, None),
+        }
     }
 
     fn at_stop(&self, record: OrderRecord, stop: u32) -> OrderRecord {
@@ -64,6 +68,13 @@ impl OrderLog {
     fn end(&mut self, record: OrderRecord) -> OrderRecord {
         self.stops.remove(&record.order);
         record
+    }
+}
+
+fn obstacle(reason: Unroutable) -> Obstacle {
+    match reason {
+        Unroutable::ClosedEdges => Obstacle::ClosedEdges,
+        Unroutable::NoWay | Unroutable::NoWayOn => Obstacle::NoWay,
     }
 }
 

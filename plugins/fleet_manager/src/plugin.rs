@@ -261,8 +261,7 @@ impl FleetManager {
     ) -> Result {
         let places = manager.orders().places().clone();
         let events = manager.orders_mut().events().inspect(|event| figures.take(event));
-        let records: Vec<OrderRecord> =
-            events.filter_map(|event| log.record(&event, &places)).collect();
+        let records: Vec<OrderRecord> = events.map(|event| log.record(&event, &places)).collect();
         if !records.is_empty() {
             ports.orders.publish(frame.run_id(), frame.tick(), 0, &records)?;
         }

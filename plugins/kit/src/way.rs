@@ -95,20 +95,29 @@ pub fn way_to(
     legs.ok_or(WayError::NoWay { from, to, closed: closed.len(), reverse })
 }
 
-/// Returns the index of a node, by id or else by name.
+/// Returns the index of a node, by id or else by name; by the name of a station there if no node
+/// has it.
 ///
 /// # Errors
 /// [`WayError::UnknownNode`] or [`WayError::AmbiguousNode`].
 pub fn find_node(world: &World<'_>, node: &str) -> Result<usize, WayError> {
     let by_id =
         node.parse::<u32>().ok().and_then(|id| world.nodes().iter().position(|node| node.id == id));
-    let mut named = (0..)
+    let mut named: Vec<usize> = (0..)
         .zip(world.nodes())
-        .filter(|(_, other)| !node.is_empty() && world.text(other.name) == node);
-    match (by_id, named.next(), named.next()) {
-        (Some(index), _, _) | (None, Some((index, _)), None) => Ok(index),
-        (None, Some(_), Some(_)) => Err(WayError::AmbiguousNode(node.to_owned())),
-        (None, None, _) => Err(WayError::UnknownNode(node.to_owned())),
+        .filter(|(_, other)| !node.is_empty() && world.text(other.name) == node)
+        .map(|(index, _)| index)
+        .collect();
+    if named.is_empty() {
+        let others = world.other_names().iter();
+        let others = others.filter(|other| !node.is_empty() && world.text(other.name) == node);
+        named = others.map(|other| other.node as usize).collect();
+        named.dedup();
+    }
+    match (by_id, &named[..]) {
+        (Some(index), _) | (None, &[index]) => Ok(index),
+        (None, []) => Err(WayError::UnknownNode(node.to_owned())),
+        (None, _) => Err(WayError::AmbiguousNode(node.to_owned())),
     }
 }
 

@@ -109,7 +109,7 @@ impl Orders {
                 self.cancelled += 1;
                 self.close(record.order);
             }
-            OrderKind::Created | OrderKind::Stop => {}
+            OrderKind::Created | OrderKind::Stop | OrderKind::Unroutable | OrderKind::Reopened => {}
         }
     }
 

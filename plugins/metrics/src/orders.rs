@@ -96,7 +96,12 @@ impl OrderTally {
                 self.figures.cancelled += 1;
                 self.open.remove(&record.order);
             }
-            OrderKind::Stop | OrderKind::Withdrawn | OrderKind::Arrived | OrderKind::Handled => {
+            OrderKind::Stop
+            | OrderKind::Withdrawn
+            | OrderKind::Arrived
+            | OrderKind::Handled
+            | OrderKind::Unroutable
+            | OrderKind::Reopened => {
                 self.open_order(record.order, None);
             }
         }

@@ -126,7 +126,7 @@ class WorldHeader(Sequenced):
     text_bytes: u32
     zones: u32
     zone_members: u32
-    reserved: u32
+    other_names: u32
 
     @property
     def sequence(self) -> int:
@@ -144,6 +144,14 @@ class ZoneRecord(Record):
     first_member: u32
     nodes: u32
     edges: u32
+
+
+@record
+class OtherNameRecord(Record):
+    """A name of a node besides its own."""
+
+    name: u32
+    node: u32
 
 
 @record

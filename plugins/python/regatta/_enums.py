@@ -189,6 +189,19 @@ class OrderKind(IntEnum):
     """The fleet manager has given the order up."""
     CANCELLED = 9
     """The order was cancelled on request."""
+    UNROUTABLE = 10
+    """No robot can reach its stops: it waits until it is reopened. ``detail`` is an :class:`Obstacle`."""
+    REOPENED = 11
+    """Its stops can be reached again."""
+
+
+class Obstacle(IntEnum):
+    """The reason for which no robot can reach a stop of an order."""
+
+    NO_WAY = 0
+    """The layout has no way there, or none from there to the next stop."""
+    CLOSED_EDGES = 1
+    """Edges that are closed."""
 
 
 class StopAction(IntEnum):

@@ -14,6 +14,7 @@ from regatta._contract import (
     CurveRecord,
     EdgeRecord,
     NodeRecord,
+    OtherNameRecord,
     Record,
     RobotTypeRecord,
     WorldHeader,
@@ -92,6 +93,10 @@ class World:
     zones: tuple[Zone, ...] = ()
     """The zones with a rule, which fleet managers keep."""
 
+    other_names: tuple[tuple[str, int], ...] = ()
+    """Names of nodes besides their own, with the index of the node: those of stations there, and of nodes at the same
+    place that the layout was read without."""
+
     def curves_of(self, edge: int) -> npt.NDArray[np.float32]:
         """Returns the control points of an edge's curves from origin to destination, in metres: an array of shape
         (curves, 4, 2). Each curve starts where the one before it ends."""
@@ -114,10 +119,12 @@ def world_of(sample: Sample[WorldHeader]) -> World:
     texts = sections.section(header.text_bytes).tobytes()
     zones = sections.records(ZoneRecord, header.zones)
     members = sections.section(header.zone_members * _INDEX_BYTES).view(np.uint32).copy()
+    others = sections.records(OtherNameRecord, header.other_names)
+    other_names = tuple((_text_at(texts, int(other["name"])), int(other["node"])) for other in others)
     nodes, edges = (_with_texts(records, texts) for records in (nodes, edges))
     world_zones = tuple(_zone(zone, members, texts) for zone in zones)
     origin = tuple(header.origin)
-    return World(header.run_id, header.revision, origin, nodes, edges, curves, robot_types, world_zones)
+    return World(header.run_id, header.revision, origin, nodes, edges, curves, robot_types, world_zones, other_names)
 
 
 def _zone(zone: Any, members: npt.NDArray[np.uint32], texts: bytes) -> Zone:

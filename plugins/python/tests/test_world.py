@@ -12,6 +12,7 @@ from regatta._contract import (
     CurveRecord,
     EdgeRecord,
     NodeRecord,
+    OtherNameRecord,
     RobotTypeRecord,
     WorldHeader,
     ZoneRecord,
@@ -44,9 +45,11 @@ def sample(cut: int = 0) -> Any:
     sections = [b"".join(bytes(record) for record in records) for records in (nodes, edges, curves, types)]
     zones = [ZoneRecord(name=2, capacity=1, nodes=1, edges=2), ZoneRecord(rule=1, first_member=3, edges=1)]
     members = np.array([1, 0, 1, 1], np.uint32).tobytes()
-    payload = b"".join(padded(section) for section in [*sections, TEXTS, b"".join(map(bytes, zones)), members])
+    others = bytes(OtherNameRecord(name=2, node=1))
+    sections += [TEXTS, b"".join(map(bytes, zones)), members, others]
+    payload = b"".join(padded(section) for section in sections)
     header = WorldHeader(run_id=5, revision=2, nodes=2, edges=2, curves=3, robot_types=1, text_bytes=len(TEXTS))
-    header.zones, header.zone_members = len(zones), 4
+    header.zones, header.zone_members, header.other_names = len(zones), 4, 1
     header.origin[:] = (3.5e6, -5.25e6)
     data = np.frombuffer(payload[: len(payload) - cut], np.uint8)
     return SimpleNamespace(header=header, payload=data, elements=len(data) // BYTES_PER_LINE)
@@ -76,6 +79,10 @@ def test_each_zone_has_its_nodes_and_edges() -> None:
     assert (first.name, first.rule, first.capacity) == ("dock 1", regatta.ZoneRule.CAPACITY, 1)
     assert (first.nodes.tolist(), first.edges.tolist()) == ([1], [0, 1])
     assert second.rule == regatta.ZoneRule.SAME_DIRECTION and second.edges.tolist() == [1]
+
+
+def test_nodes_have_other_names() -> None:
+    assert world_of(sample()).other_names == (("dock 1", 1),)
 
 
 def test_a_world_that_is_too_short_is_an_error() -> None:

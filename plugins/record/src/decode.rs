@@ -6,7 +6,8 @@ use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData, ZoneRecord, ZoneRule,
+    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Texts, WorldData,
+    ZoneRecord, ZoneRule,
 };
 
 use crate::schema::regatta;
@@ -54,6 +55,10 @@ pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
     for recorded in &world.zones {
         let record = zone(recorded, &mut data.texts);
         data.add_zone(record, recorded.nodes.iter().copied(), recorded.edges.iter().copied());
+    }
+    for other in &world.other_names {
+        let name = data.texts.add(&other.name);
+        data.other_names.push(OtherNameRecord { name, node: other.node });
     }
     Ok(RecordedWorld { run_id: world.run_id, data, is_repeated: world.is_repeated })
 }

@@ -111,9 +111,17 @@ pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
         origin_x,
         origin_y,
         zones: world.zones().iter().map(|record| zone(world, record)).collect(),
+        other_names: other_names(world),
         is_repeated: false,
     }
     .encode_to_vec()
+}
+
+fn other_names(world: &World<'_>) -> Vec<regatta::OtherName> {
+    let names = world.other_names().iter();
+    let names = names
+        .map(|other| regatta::OtherName { name: world.text(other.name).into(), node: other.node });
+    names.collect()
 }
 
 fn zone(world: &World<'_>, zone: &ZoneRecord) -> regatta::Zone {

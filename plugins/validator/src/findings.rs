@@ -50,6 +50,8 @@ pub enum Kind {
     DoneTwice,
     /// An order wasn't finished for a long time.
     Unserved,
+    /// No way of the layout leads to the stops of an order.
+    Unroutable,
     /// A robot did nothing for a long time while orders waited.
     Idle,
     /// Records of an order that contradict each other.

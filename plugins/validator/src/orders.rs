@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use regatta_plugin::order::{NO_ROBOT, OrderHeader, OrderKind, OrderRecord, StopAction};
+use regatta_plugin::order::{NO_ROBOT, Obstacle, OrderHeader, OrderKind, OrderRecord, StopAction};
 
 use crate::findings::{Finding, Findings, Kind};
 use crate::stands::{Presence, Stands};
@@ -136,6 +136,10 @@ impl Orders {
             OrderKind::Handled => self.handle(check),
             OrderKind::Finished => self.finish(check),
             OrderKind::Failed | OrderKind::Cancelled => self.close(number),
+            OrderKind::Unroutable if check.record.obstacle() == Obstacle::NoWay => {
+                check.report(Kind::Unroutable, "no way leads to its stops");
+            }
+            OrderKind::Unroutable | OrderKind::Reopened => {}
         }
     }
 

@@ -36,6 +36,18 @@ pub struct Stall {
     pub place: Option<[f32; 2]>,
     /// The robots that they waited for at the end of the run, as their manager says.
     pub waits_for: BTreeMap<u32, u32>,
+    /// The places at the end of the run, in metres east and north, of the robots and of those that
+    /// they waited for; empty if the stall was over by then.
+    pub places: BTreeMap<u32, [f32; 2]>,
+}
+
+/// The state of a fleet at the end of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LastState {
+    /// By robot: the robot that it waits for, as its manager says.
+    pub waits_for: BTreeMap<u32, u32>,
+    /// By robot: metres east and north.
+    pub places: Vec<[f32; 2]>,
 }
 
 /// The validator's report, as far as stalls are in it.
@@ -60,36 +72,42 @@ struct FindingEntry {
 }
 
 /// Returns the stalls that the validator's report names, by kind, in the order of their
-/// beginnings.
-/// `waits_for` has the robot that each robot waited for at the end of the run, which took `secs`
-/// simulated seconds.
+/// beginnings. The run took `secs` simulated seconds, and ended in the state `last`.
 ///
 /// # Errors
 /// If it isn't a report.
 pub fn stalls(
     report: serde_json::Value,
-    waits_for: &BTreeMap<u32, u32>,
+    last: &LastState,
     secs: f64,
 ) -> Result<Vec<Stall>, serde_json::Error> {
     let report: ReportEntry = serde_json::from_value(report)?;
     let mut stalls = Vec::new();
     for KindEntry { kind, examples } in report.kinds {
         let Ok(kind) = serde_json::from_value::<StallKind>(kind) else { continue };
-        stalls.extend(examples.into_iter().map(|finding| finding.stall(kind, waits_for, secs)));
+        stalls.extend(examples.into_iter().map(|finding| finding.stall(kind, last, secs)));
     }
     stalls.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.from_secs.total_cmp(&b.from_secs)));
     Ok(stalls)
 }
 
 impl FindingEntry {
-    fn stall(self, kind: StallKind, waits_for: &BTreeMap<u32, u32>, secs: f64) -> Stall {
+    fn stall(self, kind: StallKind, last: &LastState, secs: f64) -> Stall {
         let from_secs = self.time_secs - self.value.unwrap_or(0.0);
         let until_secs = self.duration_secs.map(|duration_secs| from_secs + duration_secs);
         // The validator looks once a second.
         let until_secs = until_secs.filter(|until_secs| *until_secs < secs - 2.0);
-        let mut waits_for = waits_for.clone();
-        waits_for.retain(|robot, _| until_secs.is_none() && self.robots.contains(robot));
-        Stall { kind, from_secs, until_secs, robots: self.robots, place: self.place, waits_for }
+        let (mut waits_for, mut places) = (BTreeMap::new(), BTreeMap::new());
+        if until_secs.is_none() {
+            waits_for.clone_from(&last.waits_for);
+            waits_for.retain(|robot, _| self.robots.contains(robot));
+            let involved = self.robots.iter().chain(waits_for.values());
+            places.extend(
+                involved.filter_map(|robot| Some((*robot, *last.places.get(*robot as usize)?))),
+            );
+        }
+        let Self { robots, place, .. } = self;
+        Stall { kind, from_secs, until_secs, robots, place, waits_for, places }
     }
 }
 
@@ -159,8 +177,14 @@ mod tests {
 
     #[test]
     fn a_report_has_stalls_with_robots_times_and_reasons() {
-        let waits_for = BTreeMap::from([(0, 1), (1, 0), (7, 0)]);
-        let stalls = stalls(report(), &waits_for, 1800.0).expect("a report");
+        let last = LastState {
+            waits_for: BTreeMap::from([(0, 1), (1, 2), (7, 0)]),
+            places: vec![[1.0, 2.5], [3.0, 2.5], [5.0, 2.5], [9.0, 0.0]],
+        };
+        let stalls = stalls(report(), &last, 1800.0).expect("a report");
+        assert_eq!(stalls[0].places, BTreeMap::new(), "it is over");
+        let involved: Vec<u32> = stalls[1].places.keys().copied().collect();
+        assert_eq!(involved, [0, 1, 2]);
         let said: Vec<String> = stalls.iter().map(ToString::to_string).collect();
         assert_eq!(
             said,
@@ -168,7 +192,7 @@ mod tests {
                 "all robots with orders stand from 1:40 min to 7:00 min: robots 0, 1, the first \
                  of them at (1.0, 2.5) m",
                 "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
-                 at (1.0, 2.5) m (0 waits for 1, 1 waits for 0)",
+                 at (1.0, 2.5) m (0 waits for 1, 1 waits for 2)",
                 "robot 3 stands with an order from 1:40 min on at (1.0, 2.5) m",
             ]
         );
@@ -177,6 +201,6 @@ mod tests {
     #[test]
     fn a_report_without_stalls_has_none() {
         let report = json!({"kinds": [{"kind": "idle", "count": 0, "examples": []}]});
-        assert_eq!(stalls(report, &BTreeMap::new(), 60.0).expect("a report"), []);
+        assert_eq!(stalls(report, &LastState::default(), 60.0).expect("a report"), []);
     }
 }

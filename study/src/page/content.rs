@@ -2,6 +2,7 @@
 
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
+use super::stall_map::stall_map;
 use super::verdict::{caveats, orders_in_words, safety, verdict};
 use super::{Block, Picture};
 use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
@@ -14,6 +15,7 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
+    blocks.extend(stall_picture(answer, base));
     blocks.push(Block::Text(safety(answer)));
     blocks.push(picture("throughput", &throughput_caption(answer), throughput_chart(answer)));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
@@ -37,6 +39,28 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
 /// Returns the title of the page.
 pub fn title(answer: &Answer) -> String {
     format!("How many robots does {} hold?", answer.title)
+}
+
+/// Returns the picture of the first variant's first stall that lasted to the end of its run, that
+/// of the fewest robots.
+fn stall_picture(answer: &Answer, base: &Variant) -> Option<Block> {
+    let variant = answer.variants.first()?;
+    for point in &variant.points {
+        for run in point.stalled() {
+            let mut svgs = run.stalls.iter().filter_map(|stall| stall_map(&base.graph, stall));
+            if let Some(svg) = svgs.next() {
+                let robots = robots_in_words(point.robots);
+                let caption = format!(
+                    "{}{robots}, seed {}, at the end of the run: robots without progress in \
+                     orange, others in grey; arrows lead to the robot that each waits for",
+                    first_of_several(answer),
+                    run.seed
+                );
+                return Some(picture("stall", &caption, svg));
+            }
+        }
+    }
+    None
 }
 
 fn picture(name: &'static str, caption: &str, svg: String) -> Block {

@@ -2,16 +2,15 @@
 
 use glam::DVec2;
 use regatta_base::svg::Svg;
-use regatta_layout::{Edge, RouteGraph};
+use regatta_layout::RouteGraph;
 
+use super::plan::{MARGIN, Plan};
 use crate::bottleneck::Bottleneck;
 use crate::outcome::EdgeOutcome;
 
-/// The longer side of the plan in pixels.
-const LONGER_SIDE: f64 = 1100.0;
-const MARGIN: f64 = 24.0;
-/// The height of the legend below the plan.
+/// The height of the legend below the plan, and the least width of the picture, for the legend.
 const LEGEND: f64 = 46.0;
+const LEGEND_WIDTH: f64 = 920.0;
 /// The ramp from little to much: viridis from its green end, by eighths (BSD 2-clause, matplotlib),
 /// dark for much, on white.
 const RAMP: [&str; 6] = ["#c2df23", "#51c56a", "#1e9b8a", "#2d708e", "#433e85", "#440154"];
@@ -26,7 +25,7 @@ pub fn heat_map(
     bottlenecks: &[Bottleneck],
     secs: u64,
 ) -> String {
-    let plan = Plan::new(graph);
+    let plan = Plan::of_roads(graph, LEGEND_WIDTH);
     let most = edges.iter().map(|edge| edge.waiting_secs / secs as f64).fold(0.0, f64::max);
     let mut svg = Svg::new(0);
     svg.document(plan.size + DVec2::new(0.0, LEGEND), "")
@@ -80,41 +79,6 @@ fn write_legend(svg: &mut Svg, top: f64, most: f64) {
         let from = if index == 0 { 0.0 } else { most / 2.0_f64.powi((RAMP.len() - index) as i32) };
         let text = svg.text(at + DVec2::new(0.0, 32.0)).fill("#5a6875");
         text.content(format_args!("{from:.3}"));
-    }
-}
-
-/// The place of the layout in the picture.
-struct Plan {
-    /// The north-western corner of the layout in metres.
-    corner: DVec2,
-    /// Pixels per metre.
-    scale: f64,
-    /// The size in pixels.
-    size: DVec2,
-}
-
-impl Plan {
-    fn new(graph: &RouteGraph) -> Self {
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for point in graph.edges().iter().flat_map(|edge| edge.path.control_points()) {
-            (low, high) = (low.min(point), high.max(point));
-        }
-        let extent = (high - low).max(DVec2::splat(0.1));
-        let scale = (LONGER_SIDE - 2.0 * MARGIN) / extent.max_element();
-        // At least as wide as the legend.
-        let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(920.0, 0.0));
-        Self { corner: DVec2::new(low.x, high.y), scale, size }
-    }
-
-    /// Returns the place of a point, given in metres east and north.
-    fn pixel(&self, point: DVec2) -> DVec2 {
-        (point - self.corner) * DVec2::new(1.0, -1.0) * self.scale + MARGIN
-    }
-
-    /// Returns the control points of an edge's curves.
-    fn curves(&self, edge: &Edge) -> impl Iterator<Item = [DVec2; 4]> {
-        let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
-        cubics.map(|points| points.map(|point| self.pixel(point)))
     }
 }
 

@@ -48,7 +48,7 @@ pub struct OrderRecord {
     /// `Stop`: the shortest time that a robot stands at the stop, in seconds.
     pub dwell_secs: f32,
     /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's
-    /// number of the reason.
+    /// number of the reason. `Unroutable`: an [`Obstacle`].
     pub detail: u32,
     /// Zero.
     pub reserved: u32,
@@ -76,6 +76,22 @@ numbered! {
         Failed = 8,
         /// The order was cancelled on request.
         Cancelled = 9,
+        /// No robot can reach its stops: it waits until it is `Reopened`.
+        Unroutable = 10,
+        /// Its stops can be reached again.
+        Reopened = 11,
+    }
+}
+
+numbered! {
+    /// The reason for which no robot can reach a stop of an order.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Obstacle: u32 {
+        /// The layout has no way there, or none from there to the next stop.
+        #[default]
+        NoWay = 0,
+        /// Edges that are closed.
+        ClosedEdges = 1,
     }
 }
 
@@ -130,6 +146,11 @@ impl OrderRecord {
     /// The kind; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<OrderKind> {
         OrderKind::from_number(self.kind)
+    }
+
+    /// The obstacle of an `Unroutable` order. An unknown number counts as no way.
+    pub fn obstacle(&self) -> Obstacle {
+        Obstacle::from_number(self.detail).unwrap_or_default()
     }
 
     /// The action. An unknown number counts as nothing.

@@ -1,8 +1,8 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
 //!
-//! A sample is a block of lines with seven sections: nodes, edges, curves, robot types, texts,
-//! zones and their members. Each section starts on a whole line. Readers get them as a [`World`];
-//! producers fill in a [`WorldData`].
+//! A sample is a block of lines with eight sections: nodes, edges, curves, robot types, texts,
+//! zones, their members, and other names of nodes. Each section starts on a whole line. Readers get
+//! them as a [`World`]; producers fill in a [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]
@@ -50,8 +50,21 @@ pub struct WorldHeader {
     pub zones: u32,
     /// Number of the members of all zones.
     pub zone_members: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Number of [`OtherNameRecord`]s.
+    pub other_names: u32,
+}
+
+/// Another name of a node: that of a station there, or of a node at the same place that the layout
+/// was read without.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
+#[repr(C)]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_OtherNameRecord"))]
+pub struct OtherNameRecord {
+    /// Offset of the name in the [`Texts`].
+    pub name: u32,
+    /// Index of the node.
+    pub node: u32,
 }
 
 /// A node of the route graph.

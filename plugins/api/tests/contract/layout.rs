@@ -25,14 +25,14 @@ use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord,
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot, Trend};
 use regatta_plugin::manager::{ManagerAnswer, ManagerRequest, ManagerRequestKind, ManagerResponse};
-use regatta_plugin::order::{NO_ROBOT, OrderHeader, OrderKind, OrderRecord, StopAction};
+use regatta_plugin::order::{NO_ROBOT, Obstacle, OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Role, Shape, WorldHeader, ZoneRecord,
-    ZoneRule,
+    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Role, Shape,
+    WorldHeader, ZoneRecord, ZoneRule,
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
@@ -76,8 +76,9 @@ fn all_records() -> Map<String, Value> {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated, jumps }
         WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, zones, zone_members,
-            reserved }
+            other_names }
         ZoneRecord { name, rule, capacity, first_member, nodes, edges }
+        OtherNameRecord { name, node }
         NodeRecord { id, x, y, theta, name, level, zone, role }
         EdgeRecord { id, origin, destination, length, first_curve, curves, speed, reverse_speed, name,
             level, zone, orientation, orientation_angle, reserved }
@@ -134,8 +135,10 @@ fn all_enums() -> Map<String, Value> {
         BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
             DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed }
-        OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }
+        OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
+            Unroutable, Reopened }
         StopAction { None, Pick, Drop, Charge, Park }
+        Obstacle { NoWay, ClosedEdges }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         MarkKind { Contact, Fault, Stop, Note }

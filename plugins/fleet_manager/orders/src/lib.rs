@@ -96,7 +96,7 @@ pub use load::Load;
 pub use open::{OrderSettings, PoolError};
 pub use order::{
     Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderEvent, OrderId, OrderName,
-    State, Stop, UnknownAction,
+    State, Stop, UnknownAction, Unroutable,
 };
 pub use places::{Place, PlaceError, Places};
 pub use pool::{Assignments, Next, OrderPool};

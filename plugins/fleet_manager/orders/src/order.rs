@@ -250,9 +250,26 @@ pub enum Change {
     /// A client has withdrawn it for good.
     Cancelled { robot: Option<u32>, reason: String },
     /// No robot can reach its stops; it waits until it is [reopened](Self::Reopened).
-    Unroutable { reason: String },
+    Unroutable { reason: Unroutable },
     /// Its stops can be reached again.
     Reopened,
+}
+
+/// The reason for which no robot can reach the stops of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+pub enum Unroutable {
+    /// Edges are closed.
+    #[serde(rename = "closed roads lead to its stop")]
+    #[strum(to_string = "closed roads lead to its stop")]
+    ClosedEdges,
+    /// The layout has no way to a stop.
+    #[serde(rename = "no way leads to its stop")]
+    #[strum(to_string = "no way leads to its stop")]
+    NoWay,
+    /// The layout has no way from a stop to the next one.
+    #[serde(rename = "no way leads from a stop to the next one")]
+    #[strum(to_string = "no way leads from a stop to the next one")]
+    NoWayOn,
 }
 
 /// A change of an order at a time, for the order log.

@@ -52,7 +52,26 @@ impl Places {
             role: node.role(),
             position: Vec2::new(node.x, node.y),
         });
-        Self::new(places.collect())
+        let mut table = Self::new(places.collect());
+        for other in world.other_names() {
+            table.add_name(world.text(other.name), other.node);
+        }
+        table
+    }
+
+    /// Gives a node another name, unless it is the name or the id of a node. Of several nodes with
+    /// the same other name, the first has it.
+    fn add_name(&mut self, name: &str, node: u32) {
+        if name.is_empty() || name.parse().is_ok_and(|id| self.by_id.contains_key(&id)) {
+            return;
+        }
+        let Some(first) = self.by_name.get(name) else {
+            self.by_name.insert(name.to_owned(), node);
+            return;
+        };
+        if *first != node && self.places[*first as usize].name != name {
+            self.repeated.insert(name.to_owned());
+        }
     }
 
     /// Makes a table of places, in the order of the world's nodes. Of places with the same name or

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::assign::{Assigner, Candidate};
 use super::figures::{Counts, Figures};
 use super::order::{
-    Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
+    Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop, Unroutable,
 };
 use super::places::Places;
 use super::threads::Threads;
@@ -185,15 +185,15 @@ impl OrderPool {
 
     /// Records that no robot can reach the stops of an order, which has no robot. Returns whether
     /// it was waiting.
-    pub fn unroutable(&mut self, id: OrderId, now_secs: f64, reason: &str) -> bool {
+    pub fn unroutable(&mut self, id: OrderId, now_secs: f64, reason: Unroutable) -> bool {
         let is_waiting = self.waiting.remove(&id);
         if let Some(order) = self.open.get_mut(&id).filter(|_| is_waiting) {
             order.state = State::Unroutable;
-            reason.clone_into(&mut order.reason);
+            order.reason = reason.to_string();
             if let Some(source) = self.source_of(id) {
                 source.unroutable += 1;
             }
-            self.note(id, now_secs, Change::Unroutable { reason: reason.to_owned() });
+            self.note(id, now_secs, Change::Unroutable { reason });
         }
         is_waiting
     }

@@ -10,7 +10,8 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, Role, WorldData, ZoneRecord,
+    CurveRecord, EdgeRecord, NodeRecord, Orientation, OtherNameRecord, RobotTypeRecord, Role,
+    WorldData, ZoneRecord,
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
@@ -238,6 +239,8 @@ fn world() -> WorldData {
     let name = world.texts.add("block");
     world.add_zone(ZoneRecord { name, capacity: 2, ..ZoneRecord::default() }, [0], [0]);
     world.add_zone(ZoneRecord { rule: 1, ..ZoneRecord::default() }, [], [0]);
+    let name = world.texts.add("Storage 01");
+    world.other_names.push(OtherNameRecord { name, node: 0 });
     world
 }
 

@@ -1,7 +1,9 @@
 //! The world as a producer makes it.
 
 use super::view::{World, WorldLayout};
-use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, ZoneRecord};
+use super::{
+    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Texts, ZoneRecord,
+};
 
 /// The content of a world, for
 /// [`ProducerPorts::publish_world`](crate::ProducerPorts::publish_world).
@@ -38,6 +40,8 @@ pub struct WorldData {
     pub zones: Vec<ZoneRecord>,
     /// The indices of the nodes and edges of all zones.
     pub zone_members: Vec<u32>,
+    /// Names of nodes besides their own.
+    pub other_names: Vec<OtherNameRecord>,
 }
 
 impl WorldData {
@@ -84,6 +88,7 @@ impl WorldData {
             texts: self.texts.as_bytes(),
             zones: &self.zones,
             zone_members: &self.zone_members,
+            other_names: &self.other_names,
         }
     }
 
@@ -96,6 +101,7 @@ impl WorldData {
             text_bytes: self.texts.as_bytes().len(),
             zones: self.zones.len(),
             zone_members: self.zone_members.len(),
+            other_names: self.other_names.len(),
         }
     }
 }

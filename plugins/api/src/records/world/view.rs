@@ -4,12 +4,13 @@ use bytemuck::{NoUninit, Pod};
 
 use super::texts::text_at;
 use super::{
-    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData, WorldHeader, ZoneRecord,
+    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, WorldData, WorldHeader,
+    ZoneRecord,
 };
 use crate::records::frame::{BYTES_PER_LINE, Line};
 
 /// The number of a world's sections.
-const SECTIONS: usize = 7;
+const SECTIONS: usize = 8;
 
 /// The sections of a world in its block of lines: each starts on a whole line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,7 @@ pub(crate) struct WorldLayout {
     pub(crate) text_bytes: usize,
     pub(crate) zones: usize,
     pub(crate) zone_members: usize,
+    pub(crate) other_names: usize,
 }
 
 impl WorldLayout {
@@ -33,6 +35,7 @@ impl WorldLayout {
             text_bytes: header.text_bytes as usize,
             zones: header.zones as usize,
             zone_members: header.zone_members as usize,
+            other_names: header.other_names as usize,
         }
     }
 
@@ -48,7 +51,7 @@ impl WorldLayout {
             text_bytes: self.text_bytes as u32,
             zones: self.zones as u32,
             zone_members: self.zone_members as u32,
-            reserved: 0,
+            other_names: self.other_names as u32,
         }
     }
 
@@ -62,6 +65,7 @@ impl WorldLayout {
             self.text_bytes,
             self.zones * size_of::<ZoneRecord>(),
             self.zone_members * size_of::<u32>(),
+            self.other_names * size_of::<OtherNameRecord>(),
         ];
         bytes.map(|bytes| bytes.div_ceil(BYTES_PER_LINE))
     }
@@ -78,7 +82,7 @@ impl WorldLayout {
             rest = after;
             section
         });
-        let [nodes, edges, curves, robot_types, texts, zones, zone_members] = sections;
+        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names] = sections;
         copy(nodes, &world.nodes);
         copy(edges, &world.edges);
         copy(curves, &world.curves);
@@ -86,6 +90,7 @@ impl WorldLayout {
         copy(texts, world.texts.as_bytes());
         copy(zones, &world.zones);
         copy(zone_members, &world.zone_members);
+        copy(other_names, &world.other_names);
     }
 }
 
@@ -105,6 +110,7 @@ pub struct World<'sample> {
     pub(super) texts: &'sample [u8],
     pub(super) zones: &'sample [ZoneRecord],
     pub(super) zone_members: &'sample [u32],
+    pub(super) other_names: &'sample [OtherNameRecord],
 }
 
 impl<'sample> World<'sample> {
@@ -112,7 +118,7 @@ impl<'sample> World<'sample> {
     /// header implies.
     pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
         let layout = WorldLayout::of(header);
-        let [nodes, edges, curves, robot_types, texts, zones, zone_members] =
+        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names] =
             layout.section_lines();
         let (nodes, rest) = lines.split_at_checked(nodes)?;
         let (edges, rest) = rest.split_at_checked(edges)?;
@@ -120,7 +126,8 @@ impl<'sample> World<'sample> {
         let (robot_types, rest) = rest.split_at_checked(robot_types)?;
         let (texts, rest) = rest.split_at_checked(texts)?;
         let (zones, rest) = rest.split_at_checked(zones)?;
-        let (zone_members, _) = rest.split_at_checked(zone_members)?;
+        let (zone_members, rest) = rest.split_at_checked(zone_members)?;
+        let (other_names, _) = rest.split_at_checked(other_names)?;
         Some(Self {
             header: *header,
             nodes: records(nodes, layout.nodes),
@@ -130,6 +137,7 @@ impl<'sample> World<'sample> {
             texts: records(texts, layout.text_bytes),
             zones: records(zones, layout.zones),
             zone_members: records(zone_members, layout.zone_members),
+            other_names: records(other_names, layout.other_names),
         })
     }
 
@@ -180,6 +188,12 @@ impl<'sample> World<'sample> {
     /// The zones with a rule.
     pub fn zones(&self) -> &'sample [ZoneRecord] {
         self.zones
+    }
+
+    /// The names of nodes besides their own: those of stations there, and of nodes at the same
+    /// place that the layout was read without.
+    pub fn other_names(&self) -> &'sample [OtherNameRecord] {
+        self.other_names
     }
 
     /// The nodes of a zone of this world, by their indices; empty if the record refers to members
@@ -277,6 +291,19 @@ mod tests {
         assert_eq!((world.zone_nodes(lane), world.zone_edges(lane)), (&[][..], &[0, 1][..]));
         let wrong = ZoneRecord { first_member: 4, nodes: 2, ..ZoneRecord::default() };
         assert!(world.zone_nodes(&wrong).is_empty() && world.zone_edges(&wrong).is_empty());
+    }
+
+    #[test]
+    fn nodes_have_other_names() {
+        let mut data = world();
+        let name = data.texts.add("Storage 01");
+        data.other_names.push(OtherNameRecord { name, node: 3 });
+        let layout = data.layout();
+        let mut lines = vec![Line::default(); layout.lines()];
+        layout.write(&mut lines, &data);
+        let world = World::split(&layout.header([0.0; 2], 7, 1), &lines).expect("enough lines");
+        let [other] = world.other_names() else { panic!("{:?}", world.other_names()) };
+        assert_eq!((world.text(other.name), other.node), ("Storage 01", 3));
     }
 
     #[test]

@@ -96,10 +96,14 @@ fn priority_and_age_are_worth_a_way() {
 fn unroutable_orders_come_back() {
     let mut pool = pool("- {name: a, stops: [1]}");
     assert!(
-        pool.unroutable(OrderId(1), 1.0, "closed") && !pool.unroutable(OrderId(1), 1.0, "closed")
+        pool.unroutable(OrderId(1), 1.0, Unroutable::ClosedEdges)
+            && !pool.unroutable(OrderId(1), 1.0, Unroutable::ClosedEdges)
     );
     assert_eq!(pool.assign(2.0, &candidates(&[0]), &driving), Assignments::default());
-    assert_eq!(pool.order(OrderId(1)).map(|order| &*order.reason), Some("closed"));
+    assert_eq!(
+        pool.order(OrderId(1)).map(|order| &*order.reason),
+        Some("closed roads lead to its stop")
+    );
     assert!(pool.reopen(OrderId(1), 3.0) && !pool.reopen(OrderId(1), 3.0));
     assert_eq!(pool.assign(4.0, &candidates(&[0]), &driving).assigned.len(), 1);
 }
@@ -155,7 +159,7 @@ fn perform(pool: &mut OrderPool, step: &Step, now: f64) {
         }
         Step::Unroutable(number) => {
             assert!(
-                !pool.unroutable(OrderId(*number), now, "closed")
+                !pool.unroutable(OrderId(*number), now, Unroutable::ClosedEdges)
                     || !pool.waiting.contains(&OrderId(*number))
             )
         }
@@ -288,7 +292,7 @@ fn an_endless_load_replaces_orders_that_cannot_be_carried_out() {
     pool.add_load(&Load::parse("load: {endless: 2}", &places()).expect("a load"));
     pool.generate_until(0.0, 2);
     assert_eq!(pool.open_orders().count(), 2);
-    assert!(pool.unroutable(OrderId(1), 1.0, "closed"));
+    assert!(pool.unroutable(OrderId(1), 1.0, Unroutable::ClosedEdges));
     pool.generate_until(1.0, 2);
     assert_eq!(pool.open_orders().count(), 3);
 }

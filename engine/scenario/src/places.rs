@@ -1,0 +1,66 @@
+//! Warnings about the places where robots start, from which they can't work or go on.
+
+use regatta_layout::model::components::Components;
+use regatta_layout::{Gear, Node, NodeIndex, RouteGraph};
+
+use super::{RobotGroup, Start};
+
+/// The largest number of places that a warning names.
+const MOST_NAMED: usize = 6;
+
+/// Returns a warning if robots on random walks will stop at a dead end.
+pub(super) fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
+    groups.iter().find(|group| matches!(group.start, Start::Random))?;
+    let mut nodes = (0..).map(NodeIndex).zip(graph.nodes());
+    // Random walks drive forwards only, so that a leg in reverse gear doesn't leave a dead end.
+    let (_, node) = nodes
+        .find(|(index, _)| graph.departures(*index).iter().all(|leg| leg.gear == Gear::Reverse))?;
+    Some(format!(
+        "robots on random walks will stop at dead ends such as node {}: add an edge that leaves \
+         it, or give the robots routes",
+        node.id
+    ))
+}
+
+/// Returns a warning if robots wait for commands outside of the layout's main part.
+pub(super) fn cut_off(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
+    groups.iter().find(|group| matches!(group.start, Start::Node(_)))?;
+    let components = Components::strong(graph);
+    let main = components.main(graph);
+    if components.sizes.iter().all(|nodes| *nodes == 1) {
+        return None;
+    }
+    let mut names = Vec::new();
+    let mut robot = 0;
+    for group in groups {
+        if let Start::Node(node) = group.start
+            && components.of_node[node.0 as usize] != main
+        {
+            names.extend((robot..robot + group.count).map(|robot| (robot, node)));
+        }
+        robot += group.count;
+    }
+    let more = match names.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let named: Vec<String> = names
+        .iter()
+        .take(MOST_NAMED)
+        .map(|(robot, node)| format!("{robot} (at {})", label(graph.node(*node))))
+        .collect();
+    if named.is_empty() {
+        return None;
+    }
+    let noun = if names.len() == 1 { "robot" } else { "robots" };
+    Some(format!(
+        "{noun} {}{more} can't carry orders: no way leads from there to the main part of the \
+         layout and back; start them elsewhere, or connect the roads (`regatta graph check \
+         --traffic` shows the parts)",
+        named.join(", ")
+    ))
+}
+
+fn label(node: &Node) -> String {
+    node.name().map_or_else(|| format!("node {}", node.id), |name| format!("`{name}`"))
+}

@@ -1,0 +1,115 @@
+//! Orders whose stops robots can't reach: the layout has no way there, or edges are closed.
+
+use regatta_orders::{Order, OrderId, State, Stop, Unroutable};
+
+use super::Manager;
+use crate::planner::DrivingTimes;
+use crate::steering::Steering;
+
+impl Manager {
+    /// Tries orders again that couldn't be reached before roads were closed or opened, or before
+    /// robots came, and finds those that can't be reached any more.
+    pub(super) fn reconsider(&mut self, now_secs: f64) {
+        let now = (self.steering.closure_changes(), self.present.len());
+        if std::mem::replace(&mut self.checked, now) != now {
+            let lost = self.orders.open_orders().filter(|order| order.state == State::Unroutable);
+            let mut back: Vec<&Order> = lost.filter(|order| !self.is_out_of_reach(order)).collect();
+            let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
+            back.retain(|order| ways.obstacle(order).is_none());
+            for id in back.iter().map(|order| order.id).collect::<Vec<_>>() {
+                self.orders.reopen(id, now_secs);
+            }
+        }
+        // A robot would have to search all roads for each of them.
+        if self.steering.has_closures() {
+            let lost = self.orders.waiting_orders().filter(|order| self.is_out_of_reach(order));
+            for id in lost.map(|order| order.id).collect::<Vec<OrderId>>() {
+                self.orders.unroutable(id, now_secs, Unroutable::ClosedEdges);
+            }
+        }
+    }
+
+    /// Whether closures keep robots from coming to an order's next stop.
+    fn is_out_of_reach(&self, order: &Order) -> bool {
+        let next = order.content.stops.get(order.handled_stops);
+        next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
+    }
+
+    /// Gives up the order of a robot that can't reach its next stop. Where closures have cut off
+    /// the robot and not the stop, another robot may carry it out; a robot that has begun it waits
+    /// until roads are open again.
+    pub(super) fn give_up(&mut self, robot: u32, now_secs: f64) {
+        if self.steering.has_closures() && self.orders.is_bound(robot) {
+            return;
+        }
+        let node = self.steering.base_end_node(robot);
+        let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
+        let is_for_others = is_cut_off || self.is_for_others(robot);
+        self.halt(robot);
+        match self.orders.withdraw(robot, now_secs) {
+            Ok(_) if is_for_others => {}
+            Ok(id) => {
+                self.orders.unroutable(id, now_secs, Unroutable::NoWay);
+            }
+            Err(_) => {
+                self.orders.failed(robot, now_secs, "no way leads to its next stop");
+            }
+        }
+    }
+
+    /// Whether no way leads a robot to its next stop, but one leads another robot there.
+    fn is_for_others(&mut self, robot: u32) -> bool {
+        let Some(Stop { node: goal, .. }) = self.orders.current_stop(robot) else { return false };
+        let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
+        !ways.lead(robot, goal) && ways.lead_any(goal)
+    }
+
+    /// Marks the waiting orders with a stop to which no way leads.
+    pub(super) fn find_impossible(&mut self, now_secs: f64) {
+        let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
+        let waiting = self.orders.waiting_orders();
+        let impossible = waiting.filter_map(|order| Some((order.id, ways.obstacle(order)?)));
+        for (id, obstacle) in impossible.collect::<Vec<_>>() {
+            self.orders.unroutable(id, now_secs, obstacle);
+        }
+    }
+}
+
+/// The ways of the layout that lead robots to nodes, closed roads included.
+struct Ways<'a> {
+    times: &'a mut DrivingTimes,
+    steering: &'a Steering,
+    present: &'a [u32],
+}
+
+impl<'a> Ways<'a> {
+    fn of(times: &'a mut DrivingTimes, steering: &'a Steering, present: &'a [u32]) -> Self {
+        Self { times, steering, present }
+    }
+
+    /// Returns the reason for which the layout allows no robot to carry an order out, if any.
+    fn obstacle(&mut self, order: &Order) -> Option<Unroutable> {
+        let stops = &order.content.stops;
+        if !stops.windows(2).all(|pair| self.times.can_reach(pair[0].node, pair[1].node)) {
+            return Some(Unroutable::NoWayOn);
+        }
+        let first = stops.first()?.node;
+        let leads = match order.content.intended_robot {
+            Some(robot) => self.lead(robot, first),
+            None => self.lead_any(first),
+        };
+        (!leads).then_some(Unroutable::NoWay)
+    }
+
+    /// Whether a way leads a robot to a node, or its place isn't known.
+    fn lead(&mut self, robot: u32, goal: u32) -> bool {
+        let node = self.steering.base_end_node(robot);
+        node.is_none_or(|node| self.times.can_reach(node, goal))
+    }
+
+    /// Whether a way leads any robot to a node, or there are no robots yet.
+    fn lead_any(&mut self, goal: u32) -> bool {
+        let present = self.present;
+        present.is_empty() || present.iter().any(|robot| self.lead(*robot, goal))
+    }
+}

@@ -1,0 +1,60 @@
+//! The plan of a layout, or of a part of it, in a picture.
+
+use glam::DVec2;
+use regatta_layout::{Edge, RouteGraph};
+
+/// The longer side of the plan in pixels.
+const LONGER_SIDE: f64 = 1100.0;
+/// The empty border in pixels.
+pub(super) const MARGIN: f64 = 24.0;
+
+/// The place of a layout in a picture.
+pub(super) struct Plan {
+    /// The north-western corner of the plan in metres.
+    corner: DVec2,
+    /// Pixels per metre.
+    scale: f64,
+    /// The size in pixels.
+    pub size: DVec2,
+}
+
+impl Plan {
+    /// Returns the plan of all roads. The picture has at least a width in pixels.
+    pub fn of_roads(graph: &RouteGraph, least_width: f64) -> Self {
+        let points = graph.edges().iter().flat_map(|edge| edge.path.control_points());
+        Self::of_points(points, 0.1, least_width)
+    }
+
+    /// Returns the plan of a part of the layout: the rectangle round some points. Its longer side
+    /// is at least that many metres long.
+    pub fn of_points(
+        points: impl IntoIterator<Item = DVec2>,
+        least_metres: f64,
+        least_width: f64,
+    ) -> Self {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for point in points {
+            (low, high) = (low.min(point), high.max(point));
+        }
+        let extent = (high - low).max(DVec2::splat(0.1));
+        let scale = (LONGER_SIDE - 2.0 * MARGIN) / extent.max_element().max(least_metres);
+        let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(least_width, 0.0));
+        Self { corner: DVec2::new(low.x, high.y), scale, size }
+    }
+
+    /// Returns the place of a point, given in metres east and north.
+    pub fn pixel(&self, point: DVec2) -> DVec2 {
+        (point - self.corner) * DVec2::new(1.0, -1.0) * self.scale + MARGIN
+    }
+
+    /// Whether a pixel is on the plan.
+    pub fn contains(&self, pixel: DVec2) -> bool {
+        pixel.cmpge(DVec2::ZERO).all() && pixel.cmple(self.size).all()
+    }
+
+    /// Returns the control points of an edge's curves.
+    pub fn curves(&self, edge: &Edge) -> impl Iterator<Item = [DVec2; 4]> {
+        let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
+        cubics.map(|points| points.map(|point| self.pixel(point)))
+    }
+}

@@ -1,0 +1,127 @@
+//! The plan round robots that made no progress, as SVG: who waits for whom.
+
+use glam::DVec2;
+use regatta_base::svg::Svg;
+use regatta_layout::RouteGraph;
+
+use super::plan::Plan;
+use crate::outcome::Stall;
+
+/// Metres of roads that are shown round the robots.
+const AROUND: f64 = 3.0;
+/// The least length of the plan's longer side, in metres.
+const LEAST_METRES: f64 = 20.0;
+/// The least width and height of the picture, in pixels.
+const LEAST_SIZE: f64 = 240.0;
+/// The radius of a robot in pixels.
+const RADIUS: f64 = 12.0;
+/// The most nodes whose names are drawn.
+const MOST_NAMES: usize = 60;
+/// The length and half of the width of an arrow's head, in pixels.
+const HEAD: DVec2 = DVec2::new(9.0, 4.5);
+const ROADS: &str = "#c3cad2";
+const STANDS: &str = "#d55e00";
+const OTHER: &str = "#5a6875";
+const ARROW: &str = "#1d2733";
+
+/// Returns the plan round the robots of a stall: those that made no progress in orange, others that
+/// they waited for in grey, and an arrow from each to the robot that it waited for. `None` if it
+/// isn't known where they were.
+pub fn stall_map(graph: &RouteGraph, stall: &Stall) -> Option<String> {
+    let around = [DVec2::splat(-AROUND), DVec2::splat(AROUND)];
+    let centres = stall.places.values().map(|place| metres(*place));
+    let points = centres.flat_map(|centre| around.map(|offset| centre + offset));
+    if stall.places.is_empty() {
+        return None;
+    }
+    let plan = Plan::of_points(points, LEAST_METRES, LEAST_SIZE);
+    let mut svg = Svg::new(0);
+    svg.document(plan.size.max(DVec2::splat(LEAST_SIZE)), "")
+        .set("font-family", "sans-serif")
+        .set("font-size", 12)
+        .open();
+    svg.decimals = 1;
+    svg.background("#fff");
+    let roads = graph.edges().iter().map(|edge| plan.curves(edge));
+    svg.element("path").fill("none").stroke(ROADS, 2).curves(roads);
+    draw_nodes(&mut svg, graph, &plan);
+    for (robot, place) in &stall.places {
+        let at = plan.pixel(metres(*place));
+        let colour = if stall.robots.contains(robot) { STANDS } else { OTHER };
+        svg.circle(at, RADIUS).fill(colour).stroke("#fff", 1.5);
+        let text = svg.text(at + DVec2::new(0.0, 4.5)).set("text-anchor", "middle");
+        text.fill("#fff").content(robot);
+    }
+    for (robot, other) in &stall.waits_for {
+        if let (Some(from), Some(to)) = (stall.places.get(robot), stall.places.get(other)) {
+            arrow(&mut svg, plan.pixel(metres(*from)), plan.pixel(metres(*to)));
+        }
+    }
+    Some(svg.finish())
+}
+
+/// Draws the nodes on the plan, with their names or ids unless there are too many.
+fn draw_nodes(svg: &mut Svg, graph: &RouteGraph, plan: &Plan) {
+    let nodes = graph.nodes().iter().map(|node| (plan.pixel(node.position), node));
+    let nodes: Vec<_> = nodes.filter(|(at, _)| plan.contains(*at)).collect();
+    let has_names = nodes.len() <= MOST_NAMES;
+    for (at, node) in nodes {
+        svg.circle(at, 2.5).fill(OTHER);
+        if has_names {
+            let text = svg.text(at + DVec2::new(0.0, -RADIUS - 4.0)).set("text-anchor", "middle");
+            let text = text.fill(OTHER);
+            match node.name() {
+                Some(name) => text.content(name),
+                None => text.content(node.id),
+            }
+        }
+    }
+}
+
+/// Draws an arrow from the rim of a robot to that of another one.
+fn arrow(svg: &mut Svg, from: DVec2, to: DVec2) {
+    let Some(along) = (to - from).try_normalize() else { return };
+    // Two robots that wait for each other have an arrow each, side by side.
+    let aside = along.perp() * HEAD.y;
+    let (from, to) = (from + along * RADIUS + aside, to - along * RADIUS + aside);
+    let neck = to - along * HEAD.x;
+    svg.line(from, neck).stroke(ARROW, 2);
+    let head = [to, neck + along.perp() * HEAD.y, neck - along.perp() * HEAD.y];
+    svg.element("polygon").fill(ARROW).points(head);
+}
+
+fn metres([x, y]: [f32; 2]) -> DVec2 {
+    DVec2::new(x.into(), y.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use regatta_layout::{ReadOptions, parse};
+
+    use super::*;
+    use crate::outcome::StallKind;
+
+    #[test]
+    fn robots_and_the_ones_that_they_wait_for_are_drawn() {
+        let text = "id,x,y\nA,0,0\nB,10,0\n\nfrom,to\nA,B\nB,A\n";
+        let graph = parse(text, "t.csv", &ReadOptions::default()).expect("a graph").0;
+        let mut stall = Stall {
+            kind: StallKind::Standstill,
+            from_secs: 60.0,
+            until_secs: None,
+            robots: vec![0, 3],
+            place: None,
+            waits_for: BTreeMap::from([(0, 7), (3, 0)]),
+            places: BTreeMap::from([(0, [2.0, 0.0]), (3, [4.0, 0.0]), (7, [0.0, 0.0])]),
+        };
+        let svg = stall_map(&graph, &stall).expect("a picture");
+        let count = |part: &str| svg.matches(part).count();
+        assert_eq!((count("<circle"), count("<polygon"), count("<line")), (4, 2, 2), "{svg}");
+        assert_eq!(count(STANDS), 2, "{svg}");
+        assert!([">0<", ">3<", ">7<"].iter().all(|robot| svg.contains(robot)), "{svg}");
+        stall.places.clear();
+        assert_eq!(stall_map(&graph, &stall), None);
+    }
+}
