@@ -60,6 +60,9 @@ pub struct Cli {
     /// random nodes
     #[arg(long, hide = true)]
     pub in_turn: bool,
+    /// Serve no orders over HTTP, not even at a Unix socket of this user
+    #[arg(long, conflicts_with = "http")]
+    pub no_http: bool,
     /// At the end, write the figures to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -111,7 +114,11 @@ fn run<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     planner: Option<PlannerFactory>,
 ) -> Result {
-    regatta_kit::run_from(args, |cli: Cli| {
+    regatta_kit::run_from(args, |mut cli: Cli| {
+        #[cfg(feature = "http")]
+        if !cli.no_http {
+            cli.orders.serve_at_socket_of(&cli.options.fleet);
+        }
         let manager = FleetManager::new(cli, planner);
         // An error is reported now, and not only when there is an engine.
         manager.order_settings().check()?;
@@ -200,7 +207,8 @@ impl FleetManager {
         }
         self.log = OrderLog::new(orders.open_orders(), orders.places());
         if let Some(address) = orders.http_address() {
-            tell!("fleet-manager: orders at http://{address}");
+            let token = self.cli.orders.token_place();
+            tell!("fleet-manager: orders at http://{address}, with the token of {token}");
         }
         let (planner, settings) = match &mut self.own_planner {
             Some(planner) => {

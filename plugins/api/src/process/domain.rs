@@ -1,7 +1,6 @@
 //! The place of this user's shared memory: a directory and a file prefix of its own, so that users
 //! of one machine, and containers that share `/dev/shm`, don't meet.
 
-#[cfg(unix)]
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,7 +28,6 @@ pub struct DomainError {
     reason: String,
 }
 
-#[cfg(unix)]
 impl DomainError {
     fn new(directory: &Path, reason: impl ToString) -> Self {
         Self { path: directory.display().to_string(), reason: reason.to_string() }
@@ -124,10 +122,41 @@ fn directory() -> Result<PathBuf, DomainError> {
         Some(given) => owned(Path::new(&given), uid),
         None => {
             let own = PathBuf::from(format!("/tmp/regatta-{uid}"));
-            private(&own, uid).map(|()| own)
+            private(&own, uid, OTHERS_MAY_WRITE).map(|()| own)
         }
     }
 }
+
+/// Returns a directory with a name, beside this user's files of shared memory: no other user can
+/// look into it. It exists from then on.
+///
+/// # Errors
+/// [`DomainError`] if it can't be created, or others can use it.
+#[cfg(unix)]
+pub fn private_directory(name: &str) -> Result<PathBuf, DomainError> {
+    let path = directory()?.join(name);
+    private(&path, rustix::process::getuid().as_raw(), OTHERS_MAY_ANYTHING)?;
+    Ok(path)
+}
+
+/// Returns a directory with a name in this user's folder of temporary files. It exists from then
+/// on.
+///
+/// # Errors
+/// [`DomainError`] if it can't be created.
+#[cfg(not(unix))]
+pub fn private_directory(name: &str) -> Result<PathBuf, DomainError> {
+    let path = std::env::temp_dir().join("regatta").join(name);
+    std::fs::create_dir_all(&path).map_err(|error| DomainError::new(&path, error))?;
+    Ok(path)
+}
+
+/// The rights of others to a directory to write to it.
+#[cfg(unix)]
+const OTHERS_MAY_WRITE: u32 = 0o022;
+/// All rights of others to a directory.
+#[cfg(unix)]
+const OTHERS_MAY_ANYTHING: u32 = 0o077;
 
 /// Creates a directory, or checks that it is this user's: segments belong to one user, so the
 /// processes of others, even of root, could join its fleets only halfway, and would hold them up.
@@ -143,10 +172,10 @@ fn owned(directory: &Path, uid: u32) -> Result<PathBuf, DomainError> {
     }
 }
 
-/// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another
-/// user may have created it.
+/// Creates a directory that only this user may use, or checks that others don't have these rights to
+/// it: in `/tmp`, another user may have created it.
 #[cfg(unix)]
-fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
+fn private(directory: &Path, uid: u32, rights: u32) -> Result<(), DomainError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 
     match std::fs::DirBuilder::new().mode(0o700).create(directory) {
@@ -164,8 +193,8 @@ fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
         let owner = metadata.uid();
         return Err(DomainError::new(directory, format_args!("it belongs to user {owner}")));
     }
-    if metadata.mode() & 0o022 != 0 {
-        return Err(DomainError::new(directory, "other users may write to it"));
+    if metadata.mode() & rights != 0 {
+        return Err(DomainError::new(directory, "other users may use it; `chmod 700` closes it"));
     }
     Ok(())
 }
@@ -182,16 +211,16 @@ mod tests {
         let root = std::env::temp_dir().join(format!("regatta-domain-{}", std::process::id()));
         std::fs::create_dir(&root).expect("created");
         let own = root.join("own");
-        assert_eq!(private(&own, uid), Ok(()));
+        assert_eq!(private(&own, uid, OTHERS_MAY_WRITE), Ok(()));
         assert_eq!(own.metadata().expect("created").permissions().mode() & 0o777, 0o700);
-        assert_eq!(private(&own, uid), Ok(()), "the second time too");
-        let error = private(&own, uid + 1).expect_err("another user's");
+        assert_eq!(private(&own, uid, OTHERS_MAY_WRITE), Ok(()), "the second time too");
+        let error = private(&own, uid + 1, OTHERS_MAY_WRITE).expect_err("another user's");
         assert!(error.to_string().contains(&format!("it belongs to user {uid}")), "{error}");
 
         std::os::unix::fs::symlink(&own, root.join("link")).expect("linked");
-        assert!(private(&root.join("link"), uid).is_err(), "a link");
+        assert!(private(&root.join("link"), uid, OTHERS_MAY_WRITE).is_err(), "a link");
         std::fs::set_permissions(&own, PermissionsExt::from_mode(0o777)).expect("changed");
-        assert!(private(&own, uid).is_err(), "others may write");
+        assert!(private(&own, uid, OTHERS_MAY_WRITE).is_err(), "others may write");
         std::fs::remove_dir_all(&root).expect("removed");
     }
 
