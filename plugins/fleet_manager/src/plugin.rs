@@ -244,7 +244,12 @@ impl FleetManager {
             pending.insert(token, robot);
         }
         match sender.send() {
-            Ok(()) | Err(CommandError::Full { .. } | CommandError::NoEngine { .. }) => Ok(()),
+            Ok(())
+            | Err(
+                CommandError::Full { .. }
+                | CommandError::NoEngine { .. }
+                | CommandError::MemoryFull,
+            ) => Ok(()),
             Err(error) => Err(error.into()),
         }
     }
@@ -271,7 +276,7 @@ impl FleetManager {
         let events = manager.orders_mut().events().inspect(|event| figures.take(event));
         let records: Vec<OrderRecord> =
             events.filter_map(|event| log.record(&event, &places)).collect();
-        if !records.is_empty() {
+        if !records.is_empty() || ports.orders.has_unsent() {
             ports.orders.publish(frame.run_id(), frame.tick(), 0, &records)?;
         }
         Ok(())
@@ -362,7 +367,7 @@ impl Plugin for FleetManager {
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.commands, &mut self.pending, commands, &roads)?;
         manager.show_vehicles(&columns, charges);
-        Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame)?;
+        let logged = Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame);
         self.doing.clear();
         self.doing
             .extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
@@ -373,6 +378,8 @@ impl Plugin for FleetManager {
             .filter(|(_, state)| **state != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
         manager.orders_mut().publish(now_secs);
+        // Full shared memory ends neither the work on orders nor their store.
+        logged?;
         ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;
         self.figures.end_cycle(start.elapsed());
         Ok(())

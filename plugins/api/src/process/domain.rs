@@ -10,6 +10,8 @@ use iceoryx2::prelude::Config;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 use super::log::quiet;
+#[cfg(unix)]
+use super::neighbours;
 
 /// The environment variable with the directory of iceoryx2's files. All processes of a fleet must
 /// have the same.
@@ -29,7 +31,7 @@ pub struct DomainError {
 }
 
 impl DomainError {
-    fn new(directory: &Path, reason: impl ToString) -> Self {
+    pub(super) fn new(directory: &Path, reason: impl ToString) -> Self {
         Self { path: directory.display().to_string(), reason: reason.to_string() }
     }
 }
@@ -63,6 +65,7 @@ fn configure() -> Result<Config, DomainError> {
     use std::os::unix::fs::MetadataExt;
 
     let directory = directory()?;
+    neighbours::check(&directory)?;
     let metadata = directory.metadata().map_err(|e| DomainError::new(&directory, e))?;
     let prefix = format!("{SEGMENT_PREFIX}{:x}-{:x}_", metadata.dev(), metadata.ino());
     let mut config = Config::default();
@@ -84,15 +87,18 @@ fn configure() -> Result<Config, DomainError> {
 /// only, and uses it when it cleans up after a process whose own configuration it can't read.
 #[cfg(unix)]
 fn make_global(directory: &Path, prefix: &str) -> std::io::Result<()> {
+    use std::io::Write;
+
     let path = directory.join("iceoryx2.toml");
     let text = format!(
         "[global]\nroot-path = {:?}\nprefix = {prefix:?}\n",
         directory.display().to_string()
     );
     if !std::fs::read_to_string(&path).is_ok_and(|before| before == text) {
-        let new = directory.join(format!("iceoryx2.toml.{}", std::process::id()));
-        std::fs::write(&new, text)?;
-        std::fs::rename(&new, &path)?;
+        // A new file with a random name: a link that lies there is not followed.
+        let mut new = tempfile::NamedTempFile::new_in(directory)?;
+        new.write_all(text.as_bytes())?;
+        new.persist(&path)?;
     }
     if let Ok(path) = FilePath::new(path.as_os_str().as_encoded_bytes())
         && let Err(error) = Config::setup_global_config_from_file(&path)
