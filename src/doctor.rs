@@ -171,7 +171,7 @@ fn directory() -> Vec<CheckResult> {
         Err(error) => failed(error, "other users may not control it"),
     });
     if let Some(damage) = health::damage() {
-        results.push(failed(damage, "run `regatta doctor --clean`"));
+        results.push(failed(damage, "no process of this user can join a fleet until then"));
     }
     if let Ok(bytes) = health::bytes_elsewhere()
         && bytes >= WORTH_A_WARNING

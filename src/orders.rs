@@ -4,7 +4,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use regatta_orders::{Client, ClientError, TimedDraft, read_orders};
+use regatta_orders::{Client, ClientError, TimedDraft, read_orders, read_token};
+use regatta_plugin::FleetName;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -52,23 +53,22 @@ pub enum OrdersCommand {
 /// The fleet manager that a command is sent to.
 #[derive(Args)]
 pub struct Manager {
-    /// Address of its web API.
-    #[arg(long, default_value = Client::DEFAULT_URL)]
-    url: String,
-    /// File with the token, if the web API needs one.
-    #[arg(long)]
+    /// Fleet of the manager, if it is one of this user.
+    #[arg(long, default_value_t)]
+    fleet: FleetName,
+    /// Address of its web API, such as http://127.0.0.1:55200.
+    #[arg(long, conflicts_with = "fleet")]
+    url: Option<String>,
+    /// File with the token for this address [default: this user's token, on this machine].
+    #[arg(long, requires = "url")]
     token_file: Option<PathBuf>,
 }
 
 impl Manager {
     fn client(&self) -> Result<Client, Failure> {
-        let mut token = None;
-        if let Some(path) = &self.token_file {
-            let text = std::fs::read_to_string(path)
-                .map_err(|error| format!("can't read {} ({error})", path.display()))?;
-            token = Some(text.trim().to_owned());
-        }
-        Ok(Client::new(&self.url, token)?)
+        let Some(url) = &self.url else { return Ok(Client::of_fleet(&self.fleet)?) };
+        let token = self.token_file.as_deref().map(read_token).transpose()?;
+        Ok(Client::new(url, token)?)
     }
 }
 
@@ -90,7 +90,7 @@ pub fn run(command: OrdersCommand) -> Result<(), Failure> {
 }
 
 /// The number of orders that are requested at once: there may be millions.
-const PAGE: usize = 10_000;
+const PAGE: usize = 1_000;
 
 fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let state = match state {

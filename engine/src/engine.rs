@@ -267,7 +267,7 @@ impl Simulation {
 
     /// Wakes readers between two frames before their events overflow.
     fn announce_events(&mut self, session: &mut Session) {
-        if self.unannounced_ticks >= services::EVENT_BUFFER / 2 {
+        if self.unannounced_ticks >= services::EVENT_WAKE {
             session.ports().notify();
             self.unannounced_ticks = 0;
         }

@@ -113,6 +113,36 @@ fn a_killed_manager_goes_on_where_it_was() {
     assert!(finished(&summary) > 80, "{summary}");
 }
 
+#[test]
+fn readers_that_are_held_up_lose_no_event_and_no_entry_of_the_order_log() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = scenario(folder.path(), 80, "");
+    let fleet = unique("held-up");
+    let recording = folder.path().join("run.mcap");
+    let mut recorder = regatta();
+    recorder.arg("record").arg("-o").arg(&recording).args(["--fleet", fleet.as_str()]);
+    let manager = manager(&fleet, folder.path(), &[]);
+    let (recorder, validator) = (Process::start(&mut recorder), validator(&fleet));
+    let mut engine = regatta();
+    engine.arg("engine").arg(scenario).args(["--speed", "10", "--fleet", fleet.as_str()]);
+    let engine = Process::start(&mut engine);
+    wait_until(&fleet, 30.0);
+    // Half a second is 250 ticks, almost all of which have events.
+    for process in [&manager, &recorder, &validator] {
+        process.signal(Signal::STOP);
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        process.signal(Signal::CONT);
+        std::thread::sleep(std::time::Duration::from_millis(500));
+    }
+    assert!(engine.interrupt().status.success());
+    let (manager, recorder) = (text(&manager.interrupt()), text(&recorder.interrupt()));
+    let verdict = text(&validator.interrupt());
+    assert!(!manager.contains("ticks lost"), "{manager}");
+    assert!(!recorder.contains("other messages lost"), "{recorder}");
+    assert!(!verdict.contains("samples of the order log missed"), "{verdict}");
+    assert!(!verdict.contains("ticks lost"), "{verdict}");
+}
+
 /// Ten robots on `porto.yaml` for ten minutes, in lockstep under the validator; returns how many
 /// orders were finished.
 fn drive_porto(test: &str, manager: &mut Command) -> u64 {

@@ -24,6 +24,7 @@ mod replay;
 mod report;
 mod routes;
 mod shared_memory;
+mod strangers;
 mod study;
 mod study_theory;
 mod top;

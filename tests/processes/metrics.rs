@@ -46,7 +46,7 @@ impl Metrics {
     fn answer(&self, headers: &str) -> (String, Vec<u8>) {
         let mut stream = TcpStream::connect(&self.address).expect("connected");
         let request =
-            format!("GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n{headers}\r\n");
+            format!("GET /metrics HTTP/1.1\r\nConnection: close\r\n{}{headers}\r\n", own_token());
         stream.write_all(request.as_bytes()).expect("requested");
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).expect("answered");
@@ -86,6 +86,12 @@ impl Metrics {
     fn reaches(&self, name: &str, labels: &str, condition: impl Fn(f64) -> bool) -> f64 {
         eventually(name, || self.value(name, labels).filter(|&value| condition(value)))
     }
+}
+
+/// The header with the token of this user.
+fn own_token() -> String {
+    let token = regatta_kit::private::token().expect("a token");
+    format!("Authorization: Bearer {token}\r\n")
 }
 
 #[test]
@@ -210,7 +216,7 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
         eventually("a page", || {
             let mut stream = TcpStream::connect(&metrics.address).ok()?;
             stream
-                .write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n")
+                .write_all(format!("GET /metrics HTTP/1.0\r\n{}\r\n", own_token()).as_bytes())
                 .ok()?;
             let mut answer = String::new();
             stream.read_to_string(&mut answer).ok()?;

@@ -39,7 +39,8 @@ impl Served {
         while !text.contains("orders at") {
             assert!(stderr.read_line(&mut text).expect("a line") > 0, "{text}");
         }
-        let address = text.split("http://").nth(1).expect("an address").trim().to_owned();
+        let address = text.split("http://").nth(1).and_then(|rest| rest.split(',').next());
+        let address = address.expect("an address").to_owned();
         let client = Client::new(&address, None).expect("an address");
         Self { process, address, client, _stderr: stderr }
     }
@@ -65,6 +66,12 @@ impl Served {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).expect("text")
     }
+}
+
+/// The header with the token of this user.
+fn own_token() -> String {
+    let token = regatta_kit::private::token().expect("a token");
+    format!("Authorization: Bearer {token}\r\n")
 }
 
 /// Writes a scenario of robots with batteries that wait for orders.
@@ -127,7 +134,8 @@ fn vehicles_of_a_running_fleet_are_shown_and_their_changes_told() {
     ));
 
     let mut events = TcpStream::connect(&manager.address).expect("connected");
-    write!(events, "GET /v1/sse HTTP/1.0\r\nHost: {}\r\n\r\n", manager.address).expect("sent");
+    let head = format!("GET /v1/sse HTTP/1.0\r\n{}", own_token());
+    write!(events, "{head}Host: {}\r\n\r\n", manager.address).expect("sent");
     let mut events = BufReader::new(events).lines();
     assert!(events.any(|line| line.is_ok_and(|line| line.starts_with(": changes"))));
     manager.client.post("/v1/transportOrders/q1", &draft([20, 400], 2.0)).expect("kept");
@@ -216,4 +224,53 @@ fn a_web_api_that_cannot_be_served_is_refused_at_once() {
         assert_eq!((output.status.code(), text.lines().count()), (Some(1), 1), "{args:?}: {text}");
         assert!(text.contains(reason), "{args:?}: {text}");
     }
+}
+
+/// The largest resident memory of a process so far, in bytes.
+fn peak_memory(process: &Process) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", process.0.id()));
+    let status = status.expect("the process runs");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("its memory");
+    let kilobytes = line.split_whitespace().nth(1).and_then(|text| text.parse::<u64>().ok());
+    kilobytes.expect("a number") << 10
+}
+
+#[test]
+fn answers_that_nobody_reads_cost_little_memory_and_keep_nobody_waiting() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fleet = unique("served-budget");
+    let engine = engine(&fleet, &scenario(folder.path()));
+    let manager = Served::start(&fleet, &folder.path().join("orders.sqlite"));
+    let many = json!(vec![draft([20, 400], 2.0); 1_000]);
+    for _ in 0..30 {
+        let kept = manager.client.post("/v1/transportOrders", &many).expect("kept");
+        assert_eq!(kept.as_array().map(Vec::len), Some(1_000));
+    }
+    let before = peak_memory(&manager.process);
+    let (token, host) = (own_token(), &manager.address);
+    let asks = format!("GET /v1/transportOrders HTTP/1.1\r\nHost: {host}\r\n{token}\r\n");
+    let slow = format!(
+        "POST /v1/transportOrders HTTP/1.1\r\nHost: {host}\r\n{token}Content-Length: 15000000\r\n\r\n"
+    );
+    let mut clients = Vec::new();
+    for _ in 0..60 {
+        for (head, body) in [(&asks, 0), (&slow, 2 << 20)] {
+            let mut stream = TcpStream::connect(host).expect("connected");
+            stream.set_nonblocking(true).expect("set");
+            // A client that is too slow may be cut off for another.
+            let _ = stream.write_all(head.repeat(if body == 0 { 20 } else { 1 }).as_bytes());
+            let _ = stream.write(&vec![b' '; body]);
+            clients.push(stream);
+        }
+        let start = std::time::Instant::now();
+        assert!(manager.get("/v1/status")["openOrders"].as_u64() > Some(20_000));
+        assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+    }
+    let page = manager.get("/v1/transportOrders");
+    assert_eq!(page.as_array().map(Vec::len), Some(1_000));
+    let grown = peak_memory(&manager.process) - before;
+    assert!(grown < 160 << 20, "{} MiB more", grown >> 20);
+    drop(clients);
+    manager.process.interrupt();
+    engine.interrupt();
 }

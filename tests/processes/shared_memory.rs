@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::{
-    Commands, Control, OpenError, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber,
-    health, services,
+    ColumnReader, Commands, Control, OpenError, Participant, RUNTIME_DIR_VARIABLE, RouteClient,
+    Subscriber, health, services,
 };
 use rustix::fs::{AtFlags, CWD, Timespec, Timestamps, utimensat};
 use tempfile::TempDir;
@@ -145,6 +146,60 @@ fn answers_and_growing_columns_in_full_memory_do_not_end_an_engine() {
     assert_eq!(routes.routes(&robots, Duration::from_secs(5)).expect("answered").len(), 30);
     let output = fleet.engine.interrupt();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn plugins_go_on_when_memory_was_full_for_a_while() {
+    if std::env::var(ROLE).is_err() {
+        let test = "shared_memory::plugins_go_on_when_memory_was_full_for_a_while";
+        return assert_passed(with_small_memory(test, "64m"));
+    }
+    let args = ["--robots", "20000", "--rate", "50"];
+    let fleet = Fleet::start("full-plugins", "warehouse-1000.yaml", &args);
+    let plugins = ["collision", "traffic"].map(|name| fleet.plugin(name));
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let column = COLLISION.name();
+    let mut readers: Vec<_> =
+        (0..12).map(|_| ColumnReader::open_on(&participant, column).expect("opened")).collect();
+    let mut newest = readers.pop().expect("a reader");
+    let mut next =
+        || eventually("a column", || newest.latest().expect("readable").map(|it| it.header.tick));
+    next();
+    let filler = fill();
+    // Each reader holds a sample of its own from here on: the plugin needs chunks that it hasn't
+    // used yet.
+    for reader in &mut readers {
+        std::thread::sleep(Duration::from_millis(200));
+        let _ = reader.latest().expect("readable");
+    }
+    std::thread::sleep(Duration::from_secs(1));
+    let before = eventually("a sample", || readers[10].current().expect("readable"));
+    let before = before.header.tick;
+    fs::remove_file(filler).expect("removed");
+    drop(readers);
+    while next() <= before + 50 {}
+    for (plugin, is_told) in plugins.into_iter().zip([true, false]) {
+        let output = plugin.interrupt();
+        let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{messages}");
+        let told = messages.matches("samples are left out until there is room").count();
+        assert!(!is_told || told == 1, "{messages}");
+    }
+}
+
+#[test]
+fn too_few_open_files_are_told_with_the_limit() {
+    for limit in [16, 24, 32] {
+        let script = format!("ulimit -n {limit} && exec \"$0\" \"$@\"");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_regatta"), "engine"]);
+        command.arg(graphs("thirty.yaml")).args(["--fleet", unique("few-files").as_str()]);
+        let output = Process::start(&mut command).finish();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.lines().count() == 1, "{limit}: {message}");
+        assert!(message.contains(&format!("only {limit} open files")), "{limit}: {message}");
+        assert!(message.contains("ulimit -n"), "{limit}: {message}");
+    }
 }
 
 #[test]

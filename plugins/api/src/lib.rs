@@ -178,7 +178,9 @@ pub use ports::services;
 pub use ports::traffic::{TrafficPublisher, TrafficReader};
 pub use ports::worlds::WorldReader;
 #[cfg(feature = "shared-memory")]
-pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
+pub use process::domain::{
+    DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config, private_directory,
+};
 pub use process::hangup::reopen_on_hangup;
 #[cfg(feature = "shared-memory")]
 pub use process::health;

@@ -11,6 +11,10 @@ pub mod join;
 pub mod log;
 #[cfg(feature = "shared-memory")]
 mod management;
+#[cfg(all(feature = "shared-memory", unix))]
+mod neighbours;
+#[cfg(feature = "shared-memory")]
+pub(crate) mod open_files;
 pub mod options;
 pub mod plugin;
 pub mod rate;

@@ -60,6 +60,9 @@ pub struct Cli {
     /// random nodes
     #[arg(long, hide = true)]
     pub in_turn: bool,
+    /// Serve no orders over HTTP, not even at a Unix socket of this user
+    #[arg(long, conflicts_with = "http")]
+    pub no_http: bool,
     /// At the end, write the figures to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -111,7 +114,11 @@ fn run<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     planner: Option<PlannerFactory>,
 ) -> Result {
-    regatta_kit::run_from(args, |cli: Cli| {
+    regatta_kit::run_from(args, |mut cli: Cli| {
+        #[cfg(feature = "http")]
+        if !cli.no_http {
+            cli.orders.serve_at_socket_of(&cli.options.fleet);
+        }
         let manager = FleetManager::new(cli, planner);
         // An error is reported now, and not only when there is an engine.
         manager.order_settings().check()?;
@@ -200,7 +207,8 @@ impl FleetManager {
         }
         self.log = OrderLog::new(orders.open_orders(), orders.places());
         if let Some(address) = orders.http_address() {
-            tell!("fleet-manager: orders at http://{address}");
+            let token = self.cli.orders.token_place();
+            tell!("fleet-manager: orders at http://{address}, with the token of {token}");
         }
         let (planner, settings) = match &mut self.own_planner {
             Some(planner) => {
@@ -236,7 +244,12 @@ impl FleetManager {
             pending.insert(token, robot);
         }
         match sender.send() {
-            Ok(()) | Err(CommandError::Full { .. } | CommandError::NoEngine { .. }) => Ok(()),
+            Ok(())
+            | Err(
+                CommandError::Full { .. }
+                | CommandError::NoEngine { .. }
+                | CommandError::MemoryFull,
+            ) => Ok(()),
             Err(error) => Err(error.into()),
         }
     }
@@ -262,7 +275,7 @@ impl FleetManager {
         let places = manager.orders().places().clone();
         let events = manager.orders_mut().events().inspect(|event| figures.take(event));
         let records: Vec<OrderRecord> = events.map(|event| log.record(&event, &places)).collect();
-        if !records.is_empty() {
+        if !records.is_empty() || ports.orders.has_unsent() {
             ports.orders.publish(frame.run_id(), frame.tick(), 0, &records)?;
         }
         Ok(())
@@ -353,7 +366,7 @@ impl Plugin for FleetManager {
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.commands, &mut self.pending, commands, &roads)?;
         manager.show_vehicles(&columns, charges);
-        Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame)?;
+        let logged = Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame);
         self.doing.clear();
         self.doing
             .extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
@@ -364,6 +377,8 @@ impl Plugin for FleetManager {
             .filter(|(_, state)| **state != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
         manager.orders_mut().publish(now_secs);
+        // Full shared memory ends neither the work on orders nor their store.
+        logged?;
         ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;
         self.figures.end_cycle(start.elapsed());
         Ok(())

@@ -7,12 +7,14 @@
 //! | [`whole_file`] | files that appear under their name only once they are complete |
 //! | [`dispatch`], [`way`] | commands with answers; the fastest way to a node |
 //! | [`history`] | hot spots of a run, and its figures over time |
-//! | `server` | a web server; it needs the feature `server` |
+//! | `server`, `private` | a web server, and the token of this user; they need the feature `server` |
 
 pub mod command_line;
 pub mod csv_file;
 pub mod dispatch;
 pub mod history;
+#[cfg(feature = "server")]
+pub mod private;
 #[cfg(feature = "server")]
 pub mod server;
 pub mod way;

@@ -1,40 +1,56 @@
 //! A web server on a thread of its own, with a runtime of one thread.
 //!
-//! Clients can't hold it up: a connection without a request is closed after a while, and
-//! [`WhenFull`] decides on connections beyond the limit.
+//! Clients can't hold it up, and can't exhaust its memory: each connection has a bounded part, and
+//! the bodies of requests share the rest. A client that takes its answers too slowly is cut off. If
+//! there are too many connections, or too little memory, the one that has been idle for the longest
+//! time is closed. The handlers keep their part by answers in pieces of [`PIECE_BYTES`].
 
-use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::io;
 use std::net::SocketAddr;
-use std::pin::pin;
+use std::pin::{Pin, pin};
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use axum::Router;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::Response;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::Service;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
-use tokio::task::{AbortHandle, JoinSet};
+use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
+
+mod body;
+mod clients;
+mod guard;
+mod place;
+mod stream;
+
+pub use body::{BodyError, read_body};
+pub use guard::{Access, Refusal, is_own_host};
+pub use place::{Place, socket_path};
+
+use body::Memory;
+use clients::{Client, Clients, Turn};
+use place::Listener;
+use stream::{Io, Paced};
 
 /// The largest head of a request, in bytes.
 pub const MAX_HEAD_BYTES: usize = 16 << 10;
+/// The size of the pieces in which handlers should make long answers, in bytes.
+pub const PIECE_BYTES: usize = 32 << 10;
 /// The longest time for responses that are under way when a connection or the process ends.
 const GRACE: Duration = Duration::from_millis(500);
 /// The delay after a connection could not be accepted, for example because there are too many open
 /// files.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
-
-/// The behaviour of a server when it has as many connections as it may have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WhenFull {
-    /// New connections wait.
-    Wait,
-    /// The oldest connection is closed.
-    CloseOldest,
-}
+/// The largest number of handlers that do blocking work at the same time.
+const BLOCKING_THREADS: usize = 4;
 
 /// The limits of a server.
 #[derive(Clone, Copy, Debug)]
@@ -42,75 +58,107 @@ pub struct Limits {
     /// The longest time for a client to send the head of a request, from its connection or its
     /// last response on.
     pub request_timeout: Duration,
+    /// The longest time in which a client takes no part of an answer that waits for it.
+    pub write_timeout: Duration,
     /// The longest time that a connection is kept for further requests; any if absent.
     pub max_age: Option<Duration>,
     /// The largest number of concurrent connections. It is less where the process may open few
     /// files.
     pub max_connections: usize,
-    /// The fate of connections beyond the limit.
-    pub when_full: WhenFull,
+    /// The memory for the bodies of requests of all connections, in bytes.
+    pub body_memory: usize,
+}
+
+/// The error of serving at a place.
+#[derive(Debug, thiserror::Error)]
+#[error("can't serve at {place} ({reason})")]
+pub struct ServeError {
+    /// The place.
+    pub place: Place,
+    /// The reason.
+    pub reason: io::Error,
 }
 
 /// A running server. Dropping it ends it, after the responses that are under way.
 #[derive(Debug)]
 pub struct Server {
-    address: SocketAddr,
+    places: Vec<Place>,
     /// Dropped to end the server.
     running: Option<watch::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Server {
-    /// Starts to serve on a thread with a name, and runs `background` on the same thread.
+    /// Starts to serve at these places on a thread with a name, and runs `background` on the same
+    /// thread.
     ///
     /// ```
     /// use std::io::{Read, Write};
     /// use std::time::Duration;
     /// use axum::{Router, routing::get};
-    /// use regatta_kit::server::{Limits, Server, WhenFull};
+    /// use regatta_kit::server::{Limits, Place, Server};
     ///
     /// let limits = Limits {
     ///     request_timeout: Duration::from_secs(10),
+    ///     write_timeout: Duration::from_secs(10),
     ///     max_age: None,
     ///     max_connections: 64,
-    ///     when_full: WhenFull::Wait,
+    ///     body_memory: 1 << 20,
     /// };
     /// let router = Router::new().route("/", get(|| async { "hello" }));
-    /// let address = ([127, 0, 0, 1], 0).into();
-    /// let server = Server::start("hello", address, router, limits, async {})?;
-    /// let mut client = std::net::TcpStream::connect(server.address())?;
+    /// let place = Place::Tcp(([127, 0, 0, 1], 0).into());
+    /// let server = Server::start("hello", &[place], router, limits, async {})?;
+    /// let mut client = std::net::TcpStream::connect(server.address().expect("a port"))?;
     /// client.write_all(b"GET / HTTP/1.0\r\n\r\n")?;
     /// let mut response = String::new();
     /// client.read_to_string(&mut response)?;
     /// assert!(response.ends_with("hello"));
-    /// # std::io::Result::Ok(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// If the address is in use or not an address of this machine.
+    /// [`ServeError`] if an address is in use or not an address of this machine, or a socket can't
+    /// be made.
+    ///
+    /// # Panics
+    /// If there are no places.
     pub fn start(
         name: &str,
-        address: SocketAddr,
+        places: &[Place],
         router: Router,
         limits: Limits,
         background: impl Future<Output = ()> + Send + 'static,
-    ) -> io::Result<Self> {
-        let listener = std::net::TcpListener::bind(address)?;
-        listener.set_nonblocking(true)?;
-        let address = listener.local_addr()?;
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let listener = runtime.block_on(async { TcpListener::from_std(listener) })?;
+    ) -> Result<Self, ServeError> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .max_blocking_threads(BLOCKING_THREADS)
+            .build()
+            .map_err(|reason| ServeError { place: places[0].clone(), reason })?;
+        let listeners = {
+            let _entered = runtime.enter();
+            places.iter().map(Listener::bind).collect::<Result<Vec<_>, _>>()?
+        };
+        let served = listeners.iter().map(|listener| listener.place().clone()).collect();
         let (running, end) = watch::channel(());
+        let clients = Arc::new(Clients::new(within_open_files(limits.max_connections)));
+        let memory = Memory::new(limits.body_memory, clients.clone());
+        let shared = Shared { router, limits, clients, memory, end };
         let thread = thread::Builder::new().name(name.to_owned()).spawn(move || {
             runtime.spawn(background);
-            runtime.block_on(accept(listener, router, limits, end));
-        })?;
-        Ok(Self { address, running: Some(running), thread: Some(thread) })
+            runtime.block_on(serve(listeners, shared));
+        });
+        let thread = thread.map_err(|reason| ServeError { place: places[0].clone(), reason })?;
+        Ok(Self { places: served, running: Some(running), thread: Some(thread) })
     }
 
-    /// The address, with the actual port if port 0 was requested.
-    pub fn address(&self) -> SocketAddr {
-        self.address
+    /// The places, with the actual port where port 0 was requested.
+    pub fn places(&self) -> &[Place] {
+        &self.places
+    }
+
+    /// The address over TCP, if there is one.
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.places.iter().find_map(Place::address)
     }
 }
 
@@ -135,40 +183,43 @@ fn within_open_files(max_connections: usize) -> usize {
     quarter.unwrap_or(max_connections).clamp(1, max_connections)
 }
 
-/// Accepts connections until the sender of `end` is dropped, and then waits for the open ones.
-async fn accept(
-    listener: TcpListener,
+/// The parts of a server that its connections share.
+#[derive(Clone)]
+struct Shared {
     router: Router,
     limits: Limits,
-    mut end: watch::Receiver<()>,
-) {
-    let max_connections = within_open_files(limits.max_connections);
+    clients: Arc<Clients>,
+    memory: Memory,
+    /// Changes at the end of the server.
+    end: watch::Receiver<()>,
+}
+
+/// Serves at all places until the end, and then finishes the answers that are under way.
+async fn serve(listeners: Vec<Listener>, shared: Shared) {
+    let mut places = JoinSet::new();
+    for listener in listeners {
+        places.spawn(accept(listener, shared.clone()));
+    }
+    while places.join_next().await.is_some() {}
+}
+
+/// Accepts the connections of a place until the end, and then waits for the open ones.
+async fn accept(listener: Listener, mut shared: Shared) {
     let mut tasks = JoinSet::new();
-    let mut connections = VecDeque::<AbortHandle>::new();
     loop {
         while tasks.try_join_next().is_some() {}
-        if limits.when_full == WhenFull::Wait && tasks.len() >= max_connections {
-            tokio::select! {
-                _ = tasks.join_next() => continue,
-                _ = end.changed() => break,
-            }
-        }
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
-            _ = end.changed() => break,
+            _ = shared.end.changed() => break,
         };
-        connections.retain(|connection| !connection.is_finished());
-        let is_full = accepted.is_err() || connections.len() >= max_connections;
-        if is_full
-            && limits.when_full == WhenFull::CloseOldest
-            && let Some(oldest) = connections.pop_front()
-        {
-            oldest.abort();
+        if accepted.is_err() || shared.clients.are_full() {
+            shared.clients.close_idlest(Client::is_any);
         }
         match accepted {
-            Ok((stream, _)) => {
-                let connection = serve(stream, router.clone(), limits, end.clone());
-                connections.push_back(tasks.spawn(connection));
+            Ok(io) => {
+                let client = Arc::new(Client::new(listener.peer()));
+                let connection = connection(io, client.clone(), shared.clone());
+                shared.clients.add(client, tasks.spawn(connection));
             }
             Err(_) => sleep(ACCEPT_RETRY_DELAY).await,
         }
@@ -178,12 +229,15 @@ async fn accept(
 }
 
 /// Answers the requests of a client.
-async fn serve(stream: TcpStream, router: Router, limits: Limits, mut end: watch::Receiver<()>) {
+async fn connection(io: Box<dyn Io>, client: Arc<Client>, shared: Shared) {
+    let Shared { router, limits, memory, mut end, .. } = shared;
+    let io = Paced::new(io, client.clone(), limits.write_timeout);
+    let answers = Answers { router: TowerToHyperService::new(router), client, memory };
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(limits.request_timeout)
         .max_buf_size(MAX_HEAD_BYTES)
-        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
+        .serve_connection(TokioIo::new(io), answers);
     let mut connection = pin!(connection);
     let old = async {
         match limits.max_age {
@@ -191,8 +245,8 @@ async fn serve(stream: TcpStream, router: Router, limits: Limits, mut end: watch
             None => std::future::pending().await,
         }
     };
-    // Any error of a connection is the client's: it has disconnected, or its request was invalid
-    // and has been answered.
+    // Any error of a connection is the client's: it has disconnected, it was too slow, or its
+    // request was invalid and has been answered.
     tokio::select! {
         _ = connection.as_mut() => return,
         _ = end.changed() => {}
@@ -200,4 +254,37 @@ async fn serve(stream: TcpStream, router: Router, limits: Limits, mut end: watch
     }
     connection.as_mut().graceful_shutdown();
     let _ = timeout(GRACE, connection).await;
+}
+
+/// The handlers of a connection.
+struct Answers {
+    router: TowerToHyperService<Router>,
+    client: Arc<Client>,
+    memory: Memory,
+}
+
+impl Service<hyper::Request<Incoming>> for Answers {
+    type Response = Response;
+    type Error = Infallible;
+    type Future = Pin<Box<dyn Future<Output = Result<Response, Infallible>> + Send>>;
+
+    fn call(&self, mut request: hyper::Request<Incoming>) -> Self::Future {
+        let client = self.client.clone();
+        request.extensions_mut().insert(client.peer());
+        request.extensions_mut().insert(client.clone());
+        request.extensions_mut().insert(self.memory.clone());
+        let answer = self.router.call(request);
+        Box::pin(async move {
+            client.begin(Turn::Ours);
+            let answer = answer.await?;
+            client.begin(if is_endless(&answer) { Turn::Follows } else { Turn::Theirs });
+            Ok(answer)
+        })
+    }
+}
+
+/// Whether an answer is a stream of events, which has no end.
+fn is_endless(answer: &Response) -> bool {
+    let kind = answer.headers().get(CONTENT_TYPE).map_or(&[][..], |kind| kind.as_bytes());
+    kind.starts_with(b"text/event-stream")
 }

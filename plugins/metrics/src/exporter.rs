@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use std::net::{SocketAddr, ToSocketAddrs};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use parking_lot::Mutex;
-use regatta_kit::CsvFile;
-use regatta_plugin::{FleetName, Frame, Options, Participant, Plugin, Result};
+use regatta_kit::server::{Access, Place, Server, socket_path};
+use regatta_kit::{CsvFile, private};
+use regatta_plugin::{Error, FleetName, Frame, Options, Participant, Plugin, Result};
 
 use crate::aggregator::wall_time_nanos;
 use crate::exposition::Format;
@@ -30,9 +31,13 @@ const ROW_PERIOD: Duration = Duration::from_secs(1);
 #[command(bin_name = "regatta plugin metrics", max_term_width = 100)]
 #[command(about = "Exports a fleet's metrics to Prometheus, and writes them as CSV")]
 pub struct Cli {
-    /// Address that serves http://IP:PORT/metrics; port 0 chooses a free one
-    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9464", value_parser = address)]
-    pub listen: SocketAddr,
+    /// Serve http://IP:PORT/metrics to clients with the token; port 0 is any free one [default: at
+    /// a Unix socket of this user]
+    #[arg(long, value_name = "IP:PORT", value_parser = address)]
+    pub listen: Option<SocketAddr>,
+    /// File with the token; addresses other than loopback need one [default: this user's token]
+    #[arg(long, value_name = "FILE", requires = "listen")]
+    pub token_file: Option<PathBuf>,
     /// Append a row of metrics to this file every second
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
@@ -48,6 +53,12 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     addresses.next().ok_or_else(|| "this host name has no address".to_owned())
 }
 
+/// The default address on systems without Unix sockets.
+const WITHOUT_SOCKETS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 9464);
+/// The error of an address that other machines can reach, without a token for them.
+const NEEDS_TOKEN: &str = "other machines can reach this address: give a token with --token-file, \
+                           or listen on 127.0.0.1";
+
 /// Runs the plugin with a command line, whose first argument is the name of the program. `commit`
 /// is the commit of the program, if it is known.
 ///
@@ -62,6 +73,32 @@ pub fn run_from<A: Into<OsString> + Clone>(
 }
 
 impl Cli {
+    /// The place that it serves at, and the token over TCP.
+    fn place(&self) -> Result<(Place, Access)> {
+        let without = (!cfg!(unix)).then_some(WITHOUT_SOCKETS);
+        let Some(address) = self.listen.or(without) else {
+            let socket = socket_path(&self.options.fleet, "metrics")?;
+            return Ok((Place::Socket(socket), Access::default()));
+        };
+        let token = match &self.token_file {
+            Some(file) => private::read_token(file)?,
+            None if address.ip().is_loopback() => private::token()?,
+            None => return Err(Error::new(NEEDS_TOKEN)),
+        };
+        Ok((Place::Tcp(address), Access::with_token(Some(token))))
+    }
+
+    /// The address of its page, and the file with the token that it needs.
+    fn address_of(&self, server: &Server) -> Result<String> {
+        let Some(address) = server.address() else {
+            let sockets: Vec<_> = server.places().iter().map(Place::to_string).collect();
+            return Ok(format!("the Unix socket {}", sockets.join(", ")));
+        };
+        let own = private::token_file()?;
+        let token = self.token_file.as_deref().unwrap_or(&own).display();
+        Ok(format!("http://{address}/metrics, with the token of {token}"))
+    }
+
     fn run(&self, commit: Option<&'static str>) -> Result {
         let fleet = &self.options.fleet;
         let csv_file =
@@ -75,8 +112,9 @@ impl Cli {
                 commit,
             }),
         });
-        let server = server::start(self.listen, Arc::clone(&shared))?;
-        report(format_args!("fleet '{fleet}' at http://{}/metrics", server.address()));
+        let (place, access) = self.place()?;
+        let server = server::start(place, access, Arc::clone(&shared))?;
+        report(format_args!("fleet '{fleet}' at {}", self.address_of(&server)?));
         if let Some(csv_file) = csv_file {
             write_rows(csv_file, Arc::clone(&shared))?;
         }

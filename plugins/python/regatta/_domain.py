@@ -2,6 +2,7 @@
 
 import os
 import stat
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ def iceoryx2_config() -> Any:
     if not hasattr(os, "getuid"):
         return config
     directory = _directory()
+    _check_neighbours(directory)
     status = directory.stat()
     config.global_cfg.root_path = iox.Path.new(str(directory))
     config.global_cfg.prefix = iox.FileName.new(f"regatta_{status.st_dev:x}-{status.st_ino:x}_")
@@ -49,6 +51,41 @@ def _directory() -> Path:
     if not given and status.st_mode & 0o022:
         raise _unusable(directory, "other users may write to it")
     return directory
+
+
+def _check_neighbours(directory: Path) -> None:
+    """Checks that the processes that use the directory see this process's ``/dev/shm``, and counts this process as one of
+    them: each holds a lock on a file with its identity as long as it lives. Otherwise it would take their fleets for dead
+    ones, and clean up after them."""
+    import fcntl
+
+    try:
+        status = os.stat("/dev/shm")
+    except OSError:
+        return
+    own = f"{status.st_dev:x}-{status.st_ino:x}".encode()
+    try:
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        file = os.open(directory / "shared_memory", flags, 0o600)
+    except OSError as error:
+        raise _unusable(directory, error.strerror) from None
+    for _ in range(20):
+        fcntl.flock(file, fcntl.LOCK_SH)
+        if os.pread(file, 64, 0) == own:
+            return  # Open, and locked, until the process ends.
+        fcntl.flock(file, fcntl.LOCK_UN)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            os.ftruncate(file, 0)
+            os.pwrite(file, own, 0)
+        except BlockingIOError:
+            time.sleep(0.005)
+        fcntl.flock(file, fcntl.LOCK_UN)
+    os.close(file)
+    raise _unusable(
+        directory,
+        "processes that see another /dev/shm use it: share /dev/shm too, by `docker run --ipc=host` or a volume",
+    )
 
 
 def _unusable(directory: Path, reason: str | None) -> OpenError:

@@ -15,7 +15,10 @@ const MOVE_TOLERANCE: f64 = 0.002;
 #[derive(Clone, Copy, Debug, Default)]
 struct Stand {
     place: Vec2,
+    /// The first frame in which it stood there.
     from: u64,
+    /// The ticks before that frame that no frame has shown.
+    unseen: u64,
     until: u64,
 }
 
@@ -79,8 +82,10 @@ impl Stands {
         if stands && known.stands_now && row.distance_to(last.place) <= MOVE_TOLERANCE {
             last.until = tick;
         } else if stands {
+            // A frame that was missed may have shown it already: also long after the gap.
+            let unseen = self.unseen;
             known.stands.rotate_right(1);
-            known.stands[0] = Stand { place: row.position, from: tick, until: tick };
+            known.stands[0] = Stand { place: row.position, from: tick, unseen, until: tick };
             known.count = (known.count + 1).min(KEPT);
         }
         known.stands_now = stands;
@@ -118,14 +123,44 @@ impl Stands {
 impl Robot {
     /// Returns the stand that lasted from one tick to another, but for unseen ticks.
     fn stand(&self, from: u64, to: u64, unseen: u64) -> Option<&Stand> {
-        self.stands[..self.count]
-            .iter()
-            .find(|stand| stand.from <= from + unseen && stand.until + unseen >= to)
+        self.stands[..self.count].iter().find(|stand| {
+            stand.from <= from + unseen.max(stand.unseen) && stand.until + unseen >= to
+        })
     }
 
     /// Whether all stands since a tick are kept.
     fn knows(&self, tick: u64) -> bool {
         let oldest = if self.count < KEPT { self.since } else { self.stands[KEPT - 1].from };
         oldest <= tick && tick <= self.seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::RobotState;
+
+    use super::*;
+
+    /// A robot that drives until a tick, and then stands.
+    fn row(tick: u64, stands_from: u64) -> Row {
+        let driven = tick.min(stands_from) as f32;
+        let speed = if tick < stands_from { 1.0 } else { 0.0 };
+        let (position, state) = (Vec2::new(driven, 0.0), RobotState::Driving);
+        Row { position, theta: 0.0, speed, s: driven, edge: 0, state }
+    }
+
+    #[test]
+    fn a_robot_that_came_in_a_missed_frame_has_not_moved_since() {
+        let mut stands = Stands::default();
+        let mut before = 0;
+        // A frame every 5 ticks, of which three are missed.
+        for tick in (0..=200).step_by(5).filter(|tick| !(95..110).contains(tick)) {
+            stands.begin_frame(1, tick, tick - before);
+            stands.take(0, tick, &row(tick, 98));
+            before = tick;
+        }
+        assert!(!stands.moved(0, 100, 200), "it stands from tick 98 on");
+        assert!(stands.moved(0, 80, 200), "it drove at tick 90");
+        assert_eq!(stands.place(0, 200), Presence::Stands(Vec2::new(98.0, 0.0)));
     }
 }

@@ -1,6 +1,6 @@
 //! The sender's side of commands.
 
-use super::error::{OpenError, PublishError};
+use super::error::{FULL, OpenError, PublishError};
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
@@ -30,6 +30,9 @@ pub enum CommandError {
         /// The fleet.
         fleet: FleetName,
     },
+    /// `/dev/shm` is full. The commands are kept, and a later attempt may succeed.
+    #[error("can't send commands: {FULL}; `regatta doctor` shows how much there is")]
+    MemoryFull,
     /// iceoryx2 can't deliver the commands.
     #[error("can't send commands ({reason}); `regatta doctor` reports what is wrong")]
     Send {
@@ -202,13 +205,13 @@ impl Commands {
             return Ok(());
         }
         let header = CommandHeader { sender: self.sender_hash };
-        let receivers =
-            self.sender.send(header, &self.records).map_err(|error| CommandError::Send {
-                reason: match error {
-                    PublishError::Loan { reason, .. } | PublishError::Send { reason, .. } => reason,
-                    other => other.to_string(),
-                },
-            })?;
+        let receivers = self.sender.send(header, &self.records).map_err(|error| match error {
+            PublishError::MemoryFull { .. } => CommandError::MemoryFull,
+            PublishError::Loan { reason, .. } | PublishError::Send { reason, .. } => {
+                CommandError::Send { reason }
+            }
+            other => CommandError::Send { reason: other.to_string() },
+        })?;
         if receivers == 0 {
             let fleet = self.fleet.clone();
             return Err(match self.sender.readers() {

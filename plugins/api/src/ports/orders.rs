@@ -29,6 +29,8 @@ use crate::records::order::{OrderHeader, OrderRecord};
 #[derive(Debug)]
 pub struct OrderPublisher {
     orders: SliceSender<OrderRecord, OrderHeader>,
+    /// The records of a run for which there was no memory.
+    unsent: (u64, Vec<OrderRecord>),
 }
 
 impl OrderPublisher {
@@ -38,14 +40,16 @@ impl OrderPublisher {
     /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if the
     /// fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Ok(Self { orders: SliceSender::open_only(&services::ORDERS, participant)? })
+        let orders = SliceSender::open_only(&services::ORDERS, participant)?;
+        Ok(Self { orders, unsent: (0, Vec::new()) })
     }
 
     /// Publishes the records of one tick, `dropped` of which were left out because there were too
     /// many.
     ///
     /// # Errors
-    /// [`PublishError`] when shared memory is full.
+    /// [`PublishError`] when shared memory is full. The records are kept, and come first the next
+    /// time, in the same sample.
     pub fn publish(
         &mut self,
         run_id: u64,
@@ -53,7 +57,20 @@ impl OrderPublisher {
         dropped: u64,
         records: &[OrderRecord],
     ) -> Result<(), PublishError> {
-        self.orders.publish(OrderHeader { run_id, tick, dropped, sequence: 0 }, records)
+        let (of_run, unsent) = &mut self.unsent;
+        if std::mem::replace(of_run, run_id) != run_id {
+            unsent.clear();
+        }
+        unsent.extend_from_slice(records);
+        let header = OrderHeader { run_id, tick, dropped, sequence: 0 };
+        self.orders.publish_unless_full(header, unsent)?;
+        unsent.clear();
+        Ok(())
+    }
+
+    /// Whether records wait for memory: publishing, also of none, sends them.
+    pub fn has_unsent(&self) -> bool {
+        !self.unsent.1.is_empty()
     }
 
     /// Connects readers that have joined since. Publishing does so as well.

@@ -82,6 +82,20 @@ impl<T: Record, H: Header> SliceSender<T, H> {
         self.send(header, records).map(drop)
     }
 
+    /// Sends copies of `records` under the next sequence number of the header's run. If there is no
+    /// memory, no number is used: the sender will send the same records again.
+    pub(super) fn publish_unless_full(&self, header: H, records: &[T]) -> Result<(), PublishError>
+    where
+        H: Sequenced,
+    {
+        let before = self.sequence.0.get();
+        let published = self.publish(header, records);
+        if matches!(published, Err(PublishError::MemoryFull { .. })) {
+            self.sequence.0.set(before);
+        }
+        published
+    }
+
     /// Loans the memory of `len` records, to be written in place. Their values are left over from
     /// an older sample.
     pub(super) fn loan(&self, len: usize) -> Result<Loan<T, H>, PublishError> {

@@ -1,7 +1,6 @@
 //! The place of this user's shared memory: a directory and a file prefix of its own, so that users
 //! of one machine, and containers that share `/dev/shm`, don't meet.
 
-#[cfg(unix)]
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,6 +10,8 @@ use iceoryx2::prelude::Config;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 use super::log::quiet;
+#[cfg(unix)]
+use super::neighbours;
 
 /// The environment variable with the directory of iceoryx2's files. All processes of a fleet must
 /// have the same.
@@ -29,9 +30,8 @@ pub struct DomainError {
     reason: String,
 }
 
-#[cfg(unix)]
 impl DomainError {
-    fn new(directory: &Path, reason: impl ToString) -> Self {
+    pub(super) fn new(directory: &Path, reason: impl ToString) -> Self {
         Self { path: directory.display().to_string(), reason: reason.to_string() }
     }
 }
@@ -65,6 +65,7 @@ fn configure() -> Result<Config, DomainError> {
     use std::os::unix::fs::MetadataExt;
 
     let directory = directory()?;
+    neighbours::check(&directory)?;
     let metadata = directory.metadata().map_err(|e| DomainError::new(&directory, e))?;
     let prefix = format!("{SEGMENT_PREFIX}{:x}-{:x}_", metadata.dev(), metadata.ino());
     let mut config = Config::default();
@@ -86,15 +87,18 @@ fn configure() -> Result<Config, DomainError> {
 /// only, and uses it when it cleans up after a process whose own configuration it can't read.
 #[cfg(unix)]
 fn make_global(directory: &Path, prefix: &str) -> std::io::Result<()> {
+    use std::io::Write;
+
     let path = directory.join("iceoryx2.toml");
     let text = format!(
         "[global]\nroot-path = {:?}\nprefix = {prefix:?}\n",
         directory.display().to_string()
     );
     if !std::fs::read_to_string(&path).is_ok_and(|before| before == text) {
-        let new = directory.join(format!("iceoryx2.toml.{}", std::process::id()));
-        std::fs::write(&new, text)?;
-        std::fs::rename(&new, &path)?;
+        // A new file with a random name: a link that lies there is not followed.
+        let mut new = tempfile::NamedTempFile::new_in(directory)?;
+        new.write_all(text.as_bytes())?;
+        new.persist(&path)?;
     }
     if let Ok(path) = FilePath::new(path.as_os_str().as_encoded_bytes())
         && let Err(error) = Config::setup_global_config_from_file(&path)
@@ -124,10 +128,41 @@ fn directory() -> Result<PathBuf, DomainError> {
         Some(given) => owned(Path::new(&given), uid),
         None => {
             let own = PathBuf::from(format!("/tmp/regatta-{uid}"));
-            private(&own, uid).map(|()| own)
+            private(&own, uid, OTHERS_MAY_WRITE).map(|()| own)
         }
     }
 }
+
+/// Returns a directory with a name, beside this user's files of shared memory: no other user can
+/// look into it. It exists from then on.
+///
+/// # Errors
+/// [`DomainError`] if it can't be created, or others can use it.
+#[cfg(unix)]
+pub fn private_directory(name: &str) -> Result<PathBuf, DomainError> {
+    let path = directory()?.join(name);
+    private(&path, rustix::process::getuid().as_raw(), OTHERS_MAY_ANYTHING)?;
+    Ok(path)
+}
+
+/// Returns a directory with a name in this user's folder of temporary files. It exists from then
+/// on.
+///
+/// # Errors
+/// [`DomainError`] if it can't be created.
+#[cfg(not(unix))]
+pub fn private_directory(name: &str) -> Result<PathBuf, DomainError> {
+    let path = std::env::temp_dir().join("regatta").join(name);
+    std::fs::create_dir_all(&path).map_err(|error| DomainError::new(&path, error))?;
+    Ok(path)
+}
+
+/// The rights of others to a directory to write to it.
+#[cfg(unix)]
+const OTHERS_MAY_WRITE: u32 = 0o022;
+/// All rights of others to a directory.
+#[cfg(unix)]
+const OTHERS_MAY_ANYTHING: u32 = 0o077;
 
 /// Creates a directory, or checks that it is this user's: segments belong to one user, so the
 /// processes of others, even of root, could join its fleets only halfway, and would hold them up.
@@ -143,10 +178,10 @@ fn owned(directory: &Path, uid: u32) -> Result<PathBuf, DomainError> {
     }
 }
 
-/// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another
-/// user may have created it.
+/// Creates a directory that only this user may use, or checks that others don't have these rights to
+/// it: in `/tmp`, another user may have created it.
 #[cfg(unix)]
-fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
+fn private(directory: &Path, uid: u32, rights: u32) -> Result<(), DomainError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 
     match std::fs::DirBuilder::new().mode(0o700).create(directory) {
@@ -164,8 +199,8 @@ fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
         let owner = metadata.uid();
         return Err(DomainError::new(directory, format_args!("it belongs to user {owner}")));
     }
-    if metadata.mode() & 0o022 != 0 {
-        return Err(DomainError::new(directory, "other users may write to it"));
+    if metadata.mode() & rights != 0 {
+        return Err(DomainError::new(directory, "other users may use it; `chmod 700` closes it"));
     }
     Ok(())
 }
@@ -182,16 +217,16 @@ mod tests {
         let root = std::env::temp_dir().join(format!("regatta-domain-{}", std::process::id()));
         std::fs::create_dir(&root).expect("created");
         let own = root.join("own");
-        assert_eq!(private(&own, uid), Ok(()));
+        assert_eq!(private(&own, uid, OTHERS_MAY_WRITE), Ok(()));
         assert_eq!(own.metadata().expect("created").permissions().mode() & 0o777, 0o700);
-        assert_eq!(private(&own, uid), Ok(()), "the second time too");
-        let error = private(&own, uid + 1).expect_err("another user's");
+        assert_eq!(private(&own, uid, OTHERS_MAY_WRITE), Ok(()), "the second time too");
+        let error = private(&own, uid + 1, OTHERS_MAY_WRITE).expect_err("another user's");
         assert!(error.to_string().contains(&format!("it belongs to user {uid}")), "{error}");
 
         std::os::unix::fs::symlink(&own, root.join("link")).expect("linked");
-        assert!(private(&root.join("link"), uid).is_err(), "a link");
+        assert!(private(&root.join("link"), uid, OTHERS_MAY_WRITE).is_err(), "a link");
         std::fs::set_permissions(&own, PermissionsExt::from_mode(0o777)).expect("changed");
-        assert!(private(&own, uid).is_err(), "others may write");
+        assert!(private(&own, uid, OTHERS_MAY_WRITE).is_err(), "others may write");
         std::fs::remove_dir_all(&root).expect("removed");
     }
 

@@ -6,7 +6,7 @@ mod segments;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -144,16 +144,19 @@ pub fn space() -> Result<Space, HealthError> {
     Err(io_error(Path::new(SHARED_MEMORY))(io::ErrorKind::Unsupported.into()))
 }
 
+/// The size of the segment by which rights are checked.
+const SAMPLE_BYTES: usize = 4096;
+
 /// Checks that this user may create segments: creates one of 4 KiB and removes it.
 ///
 /// # Errors
 /// [`HealthError::Io`] if not.
 pub fn check_rights() -> Result<(), HealthError> {
-    let path = Path::new(SHARED_MEMORY).join(format!("regatta_doctor_{}", std::process::id()));
-    let result = fs::write(&path, [1; 4096]).map_err(io_error(&path));
-    // If it couldn't be created, there is nothing to remove.
-    let _ = fs::remove_file(&path);
-    result
+    // It has no name, or a random one that is removed at once: nothing that lies there is written to.
+    let folder = Path::new(SHARED_MEMORY);
+    let written =
+        tempfile::tempfile_in(folder).and_then(|mut file| file.write_all(&[1; SAMPLE_BYTES]));
+    written.map_err(io_error(folder))
 }
 
 /// Returns all processes that use shared memory, dead ones included, sorted by name.

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use iceoryx2::prelude::*;
 
 #[cfg(feature = "shared-memory")]
-use super::{domain::config, health, management};
+use super::{domain::config, health, management, open_files::reason};
 use crate::ports::error::OpenError;
 use crate::records::cut;
 use crate::records::name::{ColumnName, FleetName};
@@ -87,7 +87,7 @@ impl Participant {
         if missing.any() {
             return Err(failed(FULL.to_owned()));
         }
-        let node = node.map_err(|e| failed(e.to_string()))?;
+        let node = node.map_err(|e| failed(reason(e)))?;
         management::close_to_others();
         Ok(Self { home: Home::Shared(Rc::new(node)), fleet: fleet.clone(), name })
     }

@@ -28,6 +28,38 @@ fn segment() -> Option<(PathBuf, [u16; 3])> {
     })
 }
 
+/// Returns a message if a file of another user, or one that is no segment, has the name of one of
+/// this user's segments: iceoryx2 can't use it, and this user can't remove it.
+fn obstacle() -> Option<String> {
+    let prefix = config().ok()?.global.prefix.to_string();
+    fs::read_dir(SHARED_MEMORY).ok()?.flatten().find_map(|entry| {
+        let name = entry.file_name().into_string().ok()?;
+        let metadata = entry.metadata().ok().filter(|_| name.starts_with(&prefix))?;
+        let reason = foreignness(&metadata)?;
+        let path = Path::new(SHARED_MEMORY).join(name);
+        Some(format!("{} {reason}, and is in the way; {REMEDY}", path.display()))
+    })
+}
+
+/// The remedy for a file of another user.
+const REMEDY: &str = "remove it (as root, if it is another user's), or set REGATTA_RUNTIME_DIR to \
+                      another directory of your own";
+
+/// Returns the reason why a file can't be one of this user's segments.
+#[cfg(unix)]
+fn foreignness(metadata: &fs::Metadata) -> Option<String> {
+    let owner = std::os::unix::fs::MetadataExt::uid(metadata);
+    if owner != rustix::process::getuid().as_raw() {
+        return Some(format!("belongs to user {owner}"));
+    }
+    (!metadata.is_file()).then(|| "is not a regular file".to_owned())
+}
+
+#[cfg(not(unix))]
+fn foreignness(_metadata: &fs::Metadata) -> Option<String> {
+    None
+}
+
 /// Takes the rights that others have to the segment away.
 #[cfg(unix)]
 pub(super) fn close_to_others() {
@@ -52,8 +84,12 @@ pub(super) fn close_to_others() {
 #[cfg(not(unix))]
 pub(super) fn close_to_others() {}
 
-/// Returns a message if the segment is damaged, so that no process can open it.
+/// Returns a message if the segment is damaged, or something is in the way of this user's segments,
+/// so that no process can join.
 pub(super) fn damage() -> Option<String> {
+    if let Some(obstacle) = obstacle() {
+        return Some(obstacle);
+    }
     let path = damaged()?;
     Some(format!("{} is damaged; `regatta doctor --clean` repairs it", path.display()))
 }
@@ -61,8 +97,11 @@ pub(super) fn damage() -> Option<String> {
 /// Returns the segment, if it exists and iceoryx2 can't use it.
 fn damaged() -> Option<PathBuf> {
     let (path, version) = segment()?;
-    let (is_ready, bytes) = (is_ready(&path), fs::read(&path).ok()?);
-    (is_ready && !is_intact(&bytes, version)).then_some(path)
+    // A pipe would have no end, and a link may lead anywhere.
+    let metadata = path.symlink_metadata().ok().filter(fs::Metadata::is_file)?;
+    let is_long = metadata.len() > LENGTH as u64;
+    let is_damaged = is_long || !is_intact(&fs::read(&path).ok()?, version);
+    (is_ready(&path) && is_damaged).then_some(path)
 }
 
 /// Whether its creator has finished it. Until then, iceoryx2 gives no process the right to read it.

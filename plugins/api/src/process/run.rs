@@ -163,7 +163,8 @@ impl<'a> Runner<'a> {
             self.quiet_since = Instant::now();
             self.silence.check(self.feed.frames());
             // First its columns, then its report: a reader of the report finds the columns.
-            plugin.on_idle(self.feed.frames().has_producer())?;
+            let outcome = plugin.on_idle(self.feed.frames().has_producer());
+            self.feed.unless_full(outcome)?;
             self.lockstep.update();
         }
         Ok(())

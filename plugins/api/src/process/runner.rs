@@ -6,11 +6,14 @@ use super::join::Participant;
 use super::plugin::Plugin;
 use super::rate::{Rate, RateLimiter};
 use crate::error::Result;
+use crate::ports::error::PublishError;
 use crate::ports::events::EventReader;
 use crate::ports::frames::Subscriber;
 use crate::ports::worlds::WorldReader;
 use crate::records::frame::Frame;
 
+/// The time after which full memory is told again.
+const FULL_AGAIN: Duration = Duration::from_secs(60);
 /// The time to wait for the world that a frame refers to.
 const WORLD_WAIT: Duration = Duration::from_millis(500);
 
@@ -98,6 +101,8 @@ pub(super) struct Feed {
     skipped: u64,
     /// Ticks with events that were lost, as last reported.
     reported_lost: u64,
+    /// The time when the user was last told that shared memory is full.
+    told_full: Option<Instant>,
 }
 
 impl Feed {
@@ -115,6 +120,7 @@ impl Feed {
             last: (0, u64::MAX),
             skipped: 0,
             reported_lost: 0,
+            told_full: None,
         })
     }
 
@@ -160,7 +166,26 @@ impl Feed {
         // In lockstep no tick is lost, but a frame that is published again may be: only the frames
         // that the plugin's rate has skipped count, so that runs repeat.
         let skipped = core::mem::take(&mut self.skipped);
-        plugin.on_frame(&if is_lockstep { frame.after_missing(skipped) } else { frame })
+        let frame = if is_lockstep { frame.after_missing(skipped) } else { frame };
+        let outcome = plugin.on_frame(&frame);
+        if is_lockstep { outcome } else { self.unless_full(outcome) }
+    }
+
+    /// Passes the outcome of a plugin's function on, except that full shared memory is no error:
+    /// what could not be published is left out, which sequence numbers tell readers, and the plugin
+    /// goes on. The user is told once a minute at most.
+    pub(super) fn unless_full(&mut self, outcome: Result) -> Result {
+        let Err(error) = outcome else { return Ok(()) };
+        match error.get_ref().downcast_ref() {
+            Some(PublishError::MemoryFull { .. } | PublishError::NoRoom { .. }) => {}
+            _ => return Err(error),
+        }
+        if self.told_full.is_none_or(|told| told.elapsed() >= FULL_AGAIN) {
+            self.told_full = Some(Instant::now());
+            let name = self.frames.participant().name();
+            crate::tell!("{name}: {error}; samples are left out until there is room");
+        }
+        Ok(())
     }
 
     /// Gives the frame back.

@@ -123,6 +123,36 @@ fn events_arrive_tick_by_tick_and_a_slow_reader_knows_what_it_missed() {
     assert_eq!((seen[0], seen.len()), ((13, 10), services::EVENT_BUFFER));
 }
 
+/// The segment has fewer chunks than all buffers together: stopped readers wait for the same ones.
+#[test]
+fn as_many_stopped_readers_as_there_may_be_stop_no_publisher() {
+    let fleet = fleet();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
+    let mut readers: Vec<_> = (0..services::MAX_READERS)
+        .map(|_| EventReader::open_on(producer.participant()).unwrap())
+        .collect();
+    let ticks = 3 * services::EVENT_BUFFER as u64;
+    for tick in 1..=ticks {
+        producer.publish_events(tick, 0, &[EventRecord::default(); 100]).unwrap();
+        // Some readers stop early, some late.
+        let reader = &mut readers[tick as usize % services::MAX_READERS];
+        if tick < ticks / 3 {
+            reader.take(|_| Ok::<_, ReadError>(())).unwrap();
+        }
+    }
+    for reader in &mut readers {
+        let mut seen = Vec::new();
+        reader
+            .take(|events| {
+                seen.push(events.header.tick);
+                Ok::<_, ReadError>(())
+            })
+            .unwrap();
+        let newest = ticks - services::EVENT_BUFFER as u64;
+        assert_eq!(seen, (newest + 1..=ticks).collect::<Vec<_>>());
+    }
+}
+
 #[test]
 fn requests_are_answered_now_later_or_never() {
     let fleet = fleet();

@@ -72,11 +72,11 @@ pub mod store {
                 match *self {}
             }
 
-            pub(crate) fn page(
+            pub(crate) fn names(
                 &self,
                 _: &Page,
-                _: impl Fn(&str) -> bool,
-            ) -> Result<Vec<TransportOrder>, StoreError> {
+                _: impl Fn(&OrderName) -> bool,
+            ) -> Result<Vec<OrderName>, StoreError> {
                 match *self {}
             }
 
@@ -102,12 +102,12 @@ pub mod web {
     #[derive(Debug, thiserror::Error)]
     pub enum WebError {
         /// The feature `http` is off.
-        #[error("can't serve orders on {0}: this program was built without the feature `http`")]
-        Missing(SocketAddr),
+        #[error("can't serve orders: this program was built without the feature `http`")]
+        Missing,
     }
 
-    pub(crate) fn check(address: SocketAddr, _: Option<&Path>) -> Result<(), WebError> {
-        Err(WebError::Missing(address))
+    pub(crate) fn check(_: SocketAddr, _: Option<&Path>) -> Result<(), WebError> {
+        Err(WebError::Missing)
     }
 
     /// A web API that doesn't exist.
@@ -115,20 +115,19 @@ pub mod web {
 
     impl Web {
         pub(crate) fn start(
-            address: SocketAddr,
             _: &OrderSettings,
             _: &OrderPool,
             _now_secs: f64,
             _: Channels,
         ) -> Result<Self, WebError> {
-            Err(WebError::Missing(address))
+            Err(WebError::Missing)
         }
 
         pub(crate) fn publish(&self, _: Update) {
             match *self {}
         }
 
-        pub(crate) fn address(&self) -> SocketAddr {
+        pub(crate) fn address(&self) -> Option<SocketAddr> {
             match *self {}
         }
     }

@@ -4,11 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::order::{Action, NameError, NewOrder, OrderName, Stop};
 use super::places::Places;
+#[cfg(feature = "http")]
+use super::schema;
 
 /// The largest number of stops of an order.
 pub const MAX_STOPS: usize = 1_000;
 /// The longest dwell time, and the latest time, in seconds: some 30 years.
-const MAX_SECS: f64 = 1e9;
+pub(crate) const MAX_SECS: f64 = 1e9;
 
 /// An order as a user writes it: a body of the web API, or a row of a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -17,7 +19,7 @@ const MAX_SECS: f64 = 1e9;
 pub struct OrderDraft {
     /// The name; absent for one that is generated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "http", schema(max_length = 128, nullable = false))]
+    #[cfg_attr(feature = "http", schema(value_type = OrderName, inline, required = false))]
     pub name: Option<String>,
     /// The stops.
     #[cfg_attr(feature = "http", schema(min_items = 1, max_items = 1000))]
@@ -28,15 +30,15 @@ pub struct OrderDraft {
     pub priority: u8,
     /// Simulated time in seconds before which no robot gets it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "http", schema(minimum = 0, nullable = false))]
+    #[cfg_attr(feature = "http", schema(schema_with = schema::seconds, required = false))]
     pub earliest_start: Option<f64>,
     /// Simulated time in seconds at which it should be finished.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "http", schema(minimum = 0, nullable = false))]
+    #[cfg_attr(feature = "http", schema(schema_with = schema::seconds, required = false))]
     pub deadline: Option<f64>,
     /// The id of the only robot that may get it; any may if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "http", schema(nullable = false))]
+    #[cfg_attr(feature = "http", schema(schema_with = schema::robot, required = false))]
     pub intended_vehicle: Option<Label>,
 }
 
@@ -47,21 +49,21 @@ pub struct OrderDraft {
 #[cfg_attr(feature = "http", schema(as = Destination))]
 pub struct StopDraft {
     /// The name or the id of a node.
+    #[cfg_attr(feature = "http", schema(schema_with = schema::location))]
     pub location_name: Label,
     /// none, pick, drop, charge or park, in any case; also NOP and MOVE for none, Load cargo and
     /// Unload cargo.
     #[serde(default)]
-    #[cfg_attr(feature = "http", schema(value_type = String))]
+    #[cfg_attr(feature = "http", schema(schema_with = schema::operation, required = false))]
     pub operation: Action,
     /// The duration of the operation, in seconds.
     #[serde(default)]
-    #[cfg_attr(feature = "http", schema(minimum = 0))]
+    #[cfg_attr(feature = "http", schema(schema_with = schema::seconds, required = false))]
     pub dwell: f64,
 }
 
 /// The name or the id of a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(untagged)]
 pub enum Label {
     /// An id.

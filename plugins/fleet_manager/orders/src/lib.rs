@@ -69,6 +69,8 @@ mod open;
 pub mod order;
 pub mod places;
 pub mod pool;
+#[cfg(feature = "http")]
+mod schema;
 #[cfg(feature = "store")]
 pub mod store;
 #[cfg_attr(
@@ -100,6 +102,8 @@ pub use order::{
 };
 pub use places::{Place, PlaceError, Places};
 pub use pool::{Assignments, Next, OrderPool};
+#[cfg(feature = "http")]
+pub use regatta_kit::private::{TokenError, read_token};
 pub use store::StoreError;
 pub use threads::{Vehicle, WithdrawError};
 pub use web::WebError;

@@ -32,12 +32,17 @@ pub struct OrderSettings {
     /// Keep orders in this SQLite file: they survive the manager [default: in memory]
     #[arg(long, value_name = "FILE")]
     pub store: Option<PathBuf>,
-    /// Serve orders over HTTP at this address; port 0 is any free one [default: off]
+    /// Serve orders over HTTP at this address, too; port 0 is any free one [default: only at a
+    /// Unix socket of this user, which `regatta orders` finds]
     #[arg(long, value_name = "ADDRESS")]
     pub http: Option<SocketAddr>,
-    /// A file with the token that HTTP requests must have; addresses other than loopback need one
-    #[arg(long, value_name = "FILE")]
+    /// A file with the token that requests to that address must have; addresses other than loopback
+    /// need one [default: this user's token, which `regatta orders` finds]
+    #[arg(long, value_name = "FILE", requires = "http")]
     pub token_file: Option<PathBuf>,
+    /// The Unix socket at which orders are served.
+    #[arg(skip)]
+    pub socket: Option<PathBuf>,
 }
 
 /// The error of opening a pool.
@@ -55,6 +60,30 @@ pub enum PoolError {
 }
 
 impl OrderSettings {
+    /// Serves orders at the Unix socket of a fleet. Where there are none, or its name is too long,
+    /// they are not served there.
+    #[cfg(feature = "http")]
+    pub fn serve_at_socket_of(&mut self, fleet: &regatta_plugin::FleetName) {
+        if !cfg!(unix) {
+            return;
+        }
+        match regatta_kit::server::socket_path(fleet, web::SERVICE) {
+            Ok(path) => self.socket = Some(path),
+            Err(error) => tell!("fleet-manager: orders are served at no socket: {error}"),
+        }
+    }
+
+    /// The file with the token that requests over TCP must have.
+    pub fn token_place(&self) -> String {
+        #[cfg(feature = "http")]
+        if self.token_file.is_none()
+            && let Ok(path) = regatta_kit::private::token_file()
+        {
+            return path.display().to_string();
+        }
+        self.token_file.iter().map(|path| path.display().to_string()).collect()
+    }
+
     /// Checks that the web API can be served: this needs no world.
     ///
     /// # Errors
@@ -125,10 +154,10 @@ impl OrderPool {
     ) -> Result<(), PoolError> {
         let (requests_in, requests) = channel();
         let mut threads = Threads { requests, web: None, store };
-        if let Some(address) = settings.http {
+        if settings.http.is_some() || settings.socket.is_some() {
             let jobs = threads.store.as_ref().and_then(Writer::sender);
             let channels = Channels { jobs, requests: requests_in };
-            threads.web = Some(Web::start(address, settings, self, now_secs, channels)?);
+            threads.web = Some(Web::start(settings, self, now_secs, channels)?);
         }
         self.threads = Some(threads);
         Ok(())

@@ -38,6 +38,13 @@ pub enum Action {
     Park,
 }
 
+impl Action {
+    /// The names from which actions are parsed.
+    #[cfg(feature = "http")]
+    pub(crate) const NAMES: [&str; 9] =
+        ["none", "nop", "move", "pick", "load cargo", "drop", "unload cargo", "charge", "park"];
+}
+
 /// The error of parsing an [`Action`].
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown action `{}`; use none, pick, drop, charge or park", .0.escape_debug())]
@@ -64,7 +71,7 @@ pub struct Stop {
     pub dwell_secs: f64,
 }
 
-/// The unique name of an order: 1 to [`MAX_BYTES`](Self::MAX_BYTES) bytes without `/` and control
+/// The unique name of an order: 1 to [`MAX_CHARS`](Self::MAX_CHARS) characters without `/` and control
 /// characters.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(transparent)]
@@ -75,13 +82,16 @@ pub struct OrderName(String);
 pub enum NameError {
     /// Empty or too long.
     #[error(
-        "the name of an order has 1 to {max} bytes, and this one has {0}",
-        max = OrderName::MAX_BYTES
+        "the name of an order has 1 to {max} characters, and this one has {0}",
+        max = OrderName::MAX_CHARS
     )]
     Length(usize),
     /// It has an invalid character.
-    #[error("the name `{}` has a `/` or a control character", .0.escape_default())]
+    #[error("the name `{}` has a `/` or a character that can't be seen", .0.escape_default())]
     Character(String),
+    /// It would be another path in an address.
+    #[error("the name `{}` has `..`, or is `.`", .0.escape_default())]
+    Path(String),
     /// It begins with the prefix of generated orders.
     #[error(
         "invalid name `{0}`: names that begin with `{load}` or `{sent}` are reserved for generated \
@@ -92,9 +102,34 @@ pub enum NameError {
     Reserved(String),
 }
 
+/// Characters that have no width, or turn the direction of others: with them, a name looks like
+/// another one, or like other text.
+pub(crate) const UNSEEN: [(char, char); 16] = [
+    ('\u{ad}', '\u{ad}'),
+    ('\u{34f}', '\u{34f}'),
+    ('\u{61c}', '\u{61c}'),
+    ('\u{115f}', '\u{1160}'),
+    ('\u{17b4}', '\u{17b5}'),
+    ('\u{180b}', '\u{180f}'),
+    ('\u{200b}', '\u{200f}'),
+    ('\u{2028}', '\u{202e}'),
+    ('\u{2060}', '\u{206f}'),
+    ('\u{3164}', '\u{3164}'),
+    ('\u{fe00}', '\u{fe0f}'),
+    ('\u{feff}', '\u{feff}'),
+    ('\u{ffa0}', '\u{ffa0}'),
+    ('\u{fff0}', '\u{fffb}'),
+    ('\u{1d173}', '\u{1d17a}'),
+    ('\u{e0000}', '\u{e0fff}'),
+];
+
+fn is_unseen(c: char) -> bool {
+    UNSEEN.iter().any(|(first, last)| (*first..=*last).contains(&c))
+}
+
 impl OrderName {
-    /// The largest number of bytes of a name.
-    pub const MAX_BYTES: usize = 128;
+    /// The largest number of characters of a name.
+    pub const MAX_CHARS: usize = 128;
     /// The prefix of names that generators give.
     pub const GENERATED: &str = "load:";
     /// The prefix of the names of orders by which robots are sent somewhere on request.
@@ -109,16 +144,24 @@ impl OrderName {
         if [Self::GENERATED, Self::REQUESTED].into_iter().any(|prefix| text.starts_with(prefix)) {
             return Err(NameError::Reserved(text.to_owned()));
         }
+        if text == "." || text.contains("..") {
+            return Err(NameError::Path(text.to_owned()));
+        }
+        if text.contains(is_unseen) {
+            return Err(NameError::Character(text.to_owned()));
+        }
         Self::stored(text)
     }
 
     /// Parses the name of an order that exists.
     ///
     /// # Errors
-    /// [`NameError`] as [`parse`](Self::parse), but names of generated orders are valid.
+    /// [`NameError`] as [`parse`](Self::parse), but names of generated orders are valid, and those
+    /// that earlier versions kept: with `..`, or characters that can't be seen.
     pub fn stored(text: &str) -> Result<Self, NameError> {
-        if text.is_empty() || text.len() > Self::MAX_BYTES {
-            return Err(NameError::Length(text.len()));
+        let length = text.chars().count();
+        if length == 0 || length > Self::MAX_CHARS {
+            return Err(NameError::Length(length));
         }
         if text.contains(|c: char| c.is_control() || c == '/') {
             return Err(NameError::Character(text.to_owned()));

@@ -126,6 +126,8 @@ impl OrderStore {
     pub(super) fn open(path: &Path, places: Arc<Places>) -> Result<Self, StoreError> {
         check_header(path)?;
         let lock = lock(path)?;
+        make_private(path)
+            .map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
         let connection = Connection::open(path).map_err(|error| sqlite_error(path, &error))?;
         check_content(&connection, path)?;
         prepare(&connection).map_err(|error| sqlite_error(path, &error))?;
@@ -210,12 +212,34 @@ fn check_header(path: &Path) -> Result<(), StoreError> {
     }
 }
 
+/// Makes an empty file that only this user can read, unless there is one. The other files of SQLite
+/// get the same rights.
+fn make_private(path: &Path) -> std::io::Result<()> {
+    match new_private(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Ok(()),
+        created => created.map(drop),
+    }
+}
+
+fn new_private(path: &Path) -> std::io::Result<File> {
+    let mut options = File::options();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.write(true).create_new(true).open(path)
+}
+
 /// Takes the lock, which the system gives back at the end of this process, however it ends. It is a
 /// file of its own, because closing a second handle of the store would give SQLite's locks back.
 fn lock(path: &Path) -> Result<File, StoreError> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
-    let file = File::options().create(true).truncate(false).write(true).open(&name);
+    // A link that lies there makes no file elsewhere.
+    let file = match new_private(Path::new(&name)) {
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+            File::options().write(true).open(&name)
+        }
+        created => created,
+    };
     let file =
         file.map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
     file.try_lock().map_err(|error| match error {

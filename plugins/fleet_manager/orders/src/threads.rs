@@ -53,9 +53,9 @@ impl Threads {
         self.store.as_ref().is_none_or(Writer::is_saved)
     }
 
-    /// The address of the web API.
+    /// The address of the web API over TCP.
     pub(super) fn address(&self) -> Option<SocketAddr> {
-        self.web.as_ref().map(Web::address)
+        self.web.as_ref()?.address()
     }
 }
 

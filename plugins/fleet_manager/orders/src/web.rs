@@ -1,5 +1,6 @@
 //! The web API: orders and vehicles as JSON, in the shape of openTCS's web API, with an OpenAPI
-//! document.
+//! document. It is served at a Unix socket of this user, and at an address, if one is given, to
+//! clients that have the token.
 //!
 //! It has a thread with a runtime of its own, and a board of its own with all orders and vehicles.
 //! The manager's tick sends it the changes and never waits for it.
@@ -9,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_kit::server::{Limits, Server, WhenFull};
+use regatta_kit::private::{self, TokenError};
+use regatta_kit::server::{Access, Limits, Place, ServeError, Server};
 use tokio::sync::Semaphore;
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
@@ -20,19 +22,26 @@ use super::threads::{Channels, Update};
 
 mod api;
 mod board;
+mod list;
 mod routes;
 
 use api::Api;
 use board::Board;
 
+/// The name of the Unix socket, after that of the fleet.
+pub(super) const SERVICE: &str = "orders";
 /// The largest number of readers of events.
 const MAX_READERS: usize = 64;
-/// Readers of events stay, and so the oldest connection isn't closed for a new one.
+/// The number of orders that are over and still shown by the board: the store has all others.
+const SHOWN_BESIDE_STORE: usize = 1_000;
+/// The number of orders that are over and still shown if there is no store.
+const SHOWN_WITHOUT_STORE: usize = 10_000;
 const LIMITS: Limits = Limits {
     request_timeout: Duration::from_secs(10),
+    write_timeout: Duration::from_secs(20),
     max_age: None,
-    max_connections: 1_024,
-    when_full: WhenFull::Wait,
+    max_connections: 256,
+    body_memory: 64 << 20,
 };
 
 /// Checks that the web API could be served: the token, and that the address is free now.
@@ -42,11 +51,12 @@ pub(super) fn check(address: SocketAddr, token_file: Option<&Path>) -> Result<()
     listener.map(drop).map_err(|reason| WebError::Listen { address, reason })
 }
 
-/// Reads the token, which addresses that others may reach need.
-fn token(address: SocketAddr, file: Option<&Path>) -> Result<Option<String>, WebError> {
+/// Reads the token. On loopback it is that of this user, unless another is given; other machines
+/// get one of their own.
+fn token(address: SocketAddr, file: Option<&Path>) -> Result<String, WebError> {
     match file {
-        Some(file) => read_token(file).map(Some),
-        None if address.ip().is_loopback() => Ok(None),
+        Some(file) => Ok(private::read_token(file)?),
+        None if address.ip().is_loopback() => Ok(private::token()?),
         None => Err(WebError::NeedsToken(address)),
     }
 }
@@ -55,9 +65,7 @@ fn token(address: SocketAddr, file: Option<&Path>) -> Result<Option<String>, Web
 #[derive(Debug, thiserror::Error)]
 pub enum WebError {
     /// The address is taken, or not one of this machine.
-    #[error(
-        "can't serve orders on {address} ({reason}); choose another port with --http, or --http off"
-    )]
+    #[error("can't serve orders on {address} ({reason}); choose another port with --http")]
     Listen {
         /// The address.
         address: SocketAddr,
@@ -69,14 +77,17 @@ pub enum WebError {
         "{0} can be reached from other machines: give a token with --token-file, or use 127.0.0.1"
     )]
     NeedsToken(SocketAddr),
-    /// The file with the token can't be used.
-    #[error("can't use the token of {} ({reason})", path.display())]
-    Token {
-        /// The file.
+    /// The Unix socket can't be made.
+    #[error("can't serve orders at {} ({reason}); --no-http serves none", path.display())]
+    Socket {
+        /// The socket.
         path: PathBuf,
         /// The reason.
-        reason: String,
+        reason: std::io::Error,
     },
+    /// The token can't be used.
+    #[error(transparent)]
+    Token(#[from] TokenError),
     /// The store can't be read.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -90,32 +101,33 @@ pub(super) struct Web {
 }
 
 impl Web {
-    /// Starts it with a board that shows the pool's open orders.
+    /// Starts it with a board that shows the pool's open orders, at the places of the settings.
     pub(super) fn start(
-        address: SocketAddr,
         settings: &OrderSettings,
         pool: &OrderPool,
         now_secs: f64,
         channels: Channels,
     ) -> Result<Self, WebError> {
-        let token = token(address, settings.token_file.as_deref())?;
+        let token = settings.http.map(|address| token(address, settings.token_file.as_deref()));
+        let access = Access::with_token(token.transpose()?);
         let places = pool.places();
         let archive = settings.store.as_deref().map(|path| Archive::open(path, places.clone()));
         let archive = archive.transpose()?;
         let open = pool.open_orders().map(|order| Arc::new(order.clone())).collect();
-        let board = Arc::new(Board::new(places.clone(), open, now_secs));
+        let closed = if archive.is_some() { SHOWN_BESIDE_STORE } else { SHOWN_WITHOUT_STORE };
+        let board = Arc::new(Board::new(places.clone(), open, closed, now_secs));
         // Names of orders that the store has are taken.
         board.number_from(archive.as_ref().map_or(Ok(0), Archive::last_number)?);
         let (updates, updates_out) = unbounded_channel();
         let background = board.clone().follow(updates_out);
         let (archive, readers) = (archive.map(Arc::new), Arc::new(Semaphore::new(MAX_READERS)));
         let Channels { jobs, requests } = channels;
-        let api = Api { board, archive, jobs, requests, token, readers };
-        let router = routes::router(Arc::new(api));
-        match Server::start("order-api", address, router, LIMITS, background) {
-            Ok(server) => Ok(Self { updates, server }),
-            Err(reason) => Err(WebError::Listen { address, reason }),
-        }
+        let router =
+            routes::router(Arc::new(Api { board, archive, jobs, requests, readers }), access);
+        let socket = settings.socket.iter().cloned().map(Place::Socket);
+        let served: Vec<_> = socket.chain(settings.http.map(Place::Tcp)).collect();
+        let server = Server::start("order-api", &served, router, LIMITS, background)?;
+        Ok(Self { updates, server })
     }
 
     /// Shows the changes of a tick, without waiting.
@@ -124,27 +136,19 @@ impl Web {
         let _ = self.updates.send(update);
     }
 
-    /// The address, with the actual port.
-    pub(super) fn address(&self) -> SocketAddr {
+    /// The address over TCP, with the actual port.
+    pub(super) fn address(&self) -> Option<SocketAddr> {
         self.server.address()
     }
 }
 
-/// The shortest token.
-const MIN_TOKEN_BYTES: usize = 8;
-
-fn read_token(path: &Path) -> Result<String, WebError> {
-    let reason = match std::fs::read_to_string(path) {
-        Ok(text) => {
-            let token = text.trim();
-            if token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|byte| byte.is_ascii_graphic()) {
-                return Ok(token.to_owned());
-            }
-            format!("it must have at least {MIN_TOKEN_BYTES} visible ASCII characters")
+impl From<ServeError> for WebError {
+    fn from(ServeError { place, reason }: ServeError) -> Self {
+        match place {
+            Place::Tcp(address) => Self::Listen { address, reason },
+            Place::Socket(path) => Self::Socket { path, reason },
         }
-        Err(error) => error.to_string(),
-    };
-    Err(WebError::Token { path: path.to_owned(), reason })
+    }
 }
 
 #[cfg(all(test, feature = "store"))]

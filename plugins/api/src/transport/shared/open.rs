@@ -13,6 +13,7 @@ use crate::ports::services::{
 };
 use crate::process::domain::config;
 use crate::process::join::Participant;
+use crate::process::open_files::reason;
 use crate::records::frame::CONTRACT_VERSION;
 use crate::records::lockstep::Done;
 use crate::records::{Header, Record};
@@ -146,7 +147,7 @@ fn open<S, E: MayBeFull>(
         attempts += 1;
         if attempts == ATTEMPTS {
             if !error.is_full() {
-                return Err(failed(error.to_string()));
+                return Err(failed(reason(error)));
             }
             let holders = participants(node, fleet);
             return Err(OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders });

@@ -23,6 +23,7 @@ use super::full_memory::{FULL, guarded};
 use crate::ports::error::OpenError;
 use crate::ports::services::service_name;
 use crate::process::join::Participant;
+use crate::process::open_files::reason;
 use crate::records::name::FleetName;
 
 /// An error of iceoryx2 for a place at a service, which may mean that all places are taken.
@@ -73,7 +74,7 @@ pub(crate) fn place<S: PortFactory<Service = Ipc>, P, E: MayBeFull>(
         (Err(error), _) if error.is_full() => {
             Err(OpenError::Full { holders: holders(service), service: what, limit })
         }
-        (Err(error), _) => Err(OpenError::SharedMemory { what, reason: error.to_string() }),
+        (Err(error), _) => Err(OpenError::SharedMemory { what, reason: reason(error) }),
     }
 }
 

@@ -69,7 +69,9 @@ impl<T: Record, H: Header> Publisher<T, H> {
         first_len: usize,
     ) -> Result<Self, OpenError> {
         let opened = slices(service, service.name, participant)?;
-        let port = place(&opened, service.quality.publishers, || create(&opened, first_len))?;
+        let chunks = service.quality.shared_chunks();
+        let port =
+            place(&opened, service.quality.publishers, || create(&opened, first_len, chunks))?;
         Ok(Self::of(port, opened, service.subject))
     }
 
@@ -83,11 +85,12 @@ impl<T: Record, H: Header> Publisher<T, H> {
         taken: impl FnOnce(String) -> OpenError,
     ) -> Result<Self, OpenError> {
         let opened = slices(service, name, participant)?;
-        let mut created = place(&opened, 1, || create(&opened, first_len));
+        let chunks = service.quality.shared_chunks();
+        let mut created = place(&opened, 1, || create(&opened, first_len, chunks));
         if matches!(created, Err(OpenError::Full { .. })) {
             // Its owner may have died just now, or another process may be cleaning up after it.
             opened.blocking_cleanup_dead_nodes(core::time::Duration::from_secs(1));
-            created = place(&opened, 1, || create(&opened, first_len));
+            created = place(&opened, 1, || create(&opened, first_len, chunks));
         }
         match created {
             Ok(port) => Ok(Self::of(port, opened, service.subject)),
@@ -167,7 +170,7 @@ impl<T: Record, H: Header> Publisher<T, H> {
 }
 
 /// The allowance in bytes for the management data of a new segment: ten times the 24 KiB that
-/// the one with the most chunks (4161, of events) was measured to take.
+/// one with 4161 chunks was measured to take, which is more than any has.
 const SEGMENT_MANAGEMENT: u64 = 256 << 10;
 
 /// Whether there is memory for a new segment, and a chunk of this size in it. A segment without
@@ -180,12 +183,14 @@ fn has_room(bytes: usize) -> bool {
 fn create<T: Record, H: Header>(
     service: &Slices<T, H>,
     first_len: usize,
+    chunks: Option<usize>,
 ) -> Result<Port<Ipc, [T], H>, PublisherCreateError> {
     service
         .publisher_builder()
         .max_loaned_samples(1)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .initial_max_slice_len(first_len)
+        .override_sample_preallocation(move |most| chunks.unwrap_or(most))
         .allocation_strategy(GROWTH)
         .create()
 }

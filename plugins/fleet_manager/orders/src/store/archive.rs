@@ -48,20 +48,20 @@ impl Archive {
         order.map_err(|error| sqlite_error(&self.path, &error))
     }
 
-    /// Returns orders, without those that are `known` elsewhere.
-    pub(crate) fn page(
+    /// Returns the names of the orders of a page, without those that are `known` elsewhere.
+    pub(crate) fn names(
         &self,
         page: &Page,
-        known: impl Fn(&str) -> bool,
-    ) -> Result<Vec<TransportOrder>, StoreError> {
-        self.read_page(page, known).map_err(|error| sqlite_error(&self.path, &error))
+        known: impl Fn(&OrderName) -> bool,
+    ) -> Result<Vec<OrderName>, StoreError> {
+        self.read_names(page, known).map_err(|error| sqlite_error(&self.path, &error))
     }
 
-    fn read_page(
+    fn read_names(
         &self,
         page: &Page,
-        known: impl Fn(&str) -> bool,
-    ) -> rusqlite::Result<Vec<TransportOrder>> {
+        known: impl Fn(&OrderName) -> bool,
+    ) -> rusqlite::Result<Vec<OrderName>> {
         let connection = self.connection.lock();
         // Few orders are open among millions that are over.
         let condition = match page.state.as_deref() {
@@ -71,7 +71,7 @@ impl Archive {
             Some(_) => format!("INDEXED BY open_order WHERE state = ?2 AND {IS_OPEN}"),
         };
         let mut statement = connection.prepare_cached(&format!(
-            "SELECT {COLUMNS} FROM transport_order {condition} AND name > ?1 ORDER BY name"
+            "SELECT name FROM transport_order {condition} AND name > ?1 ORDER BY name"
         ))?;
         let after = page.after.as_ref().map_or("", OrderName::as_str);
         let mut rows = statement.query(params![after, page.state])?;
@@ -79,10 +79,9 @@ impl Archive {
         while found.len() < page.limit
             && let Some(row) = rows.next()?
         {
-            let name: String = row.get(0)?;
-            if !known(&name) {
-                found.push(self.view(row)?);
-            }
+            // Another program may have written a name that isn't one.
+            let name = OrderName::stored(row.get_ref(0)?.as_str()?).ok();
+            found.extend(name.filter(|name| !known(name)));
         }
         Ok(found)
     }

@@ -6,22 +6,19 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use axum::Json;
-use axum::body::Bytes;
 use axum::extract::rejection::{PathRejection, QueryRejection};
-use axum::extract::{FromRequest as _, Request as HttpRequest, State};
-use axum::http::header::{AUTHORIZATION, HOST, ORIGIN};
-use axum::http::{HeaderMap, StatusCode};
+use axum::extract::{Request as HttpRequest, State};
+use axum::http::StatusCode;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use regatta_kit::server::{Access, BodyError, Refusal as Refused, read_body};
 use serde::Serialize;
-use subtle::ConstantTimeEq as _;
 use tokio::sync::{Semaphore, oneshot};
-use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use super::board::{Board, Refusal};
 use crate::draft::{DraftError, OrderDraft};
-use crate::order::{NewOrder, OrderName};
+use crate::order::{NewOrder, Order, OrderName};
 use crate::store::{Archive, StoreError};
 use crate::threads::{InsertError, Job, Reply, Request};
 use crate::view::TransportOrder;
@@ -37,7 +34,6 @@ pub(super) struct Api {
     pub(super) archive: Option<Arc<Archive>>,
     pub(super) jobs: Option<Sender<Job>>,
     pub(super) requests: Sender<Request>,
-    pub(super) token: Option<String>,
     pub(super) readers: Arc<Semaphore>,
 }
 
@@ -88,58 +84,50 @@ pub(super) fn unavailable(reason: &str) -> Failure {
     Failure(StatusCode::SERVICE_UNAVAILABLE, reason.to_owned())
 }
 
-/// Accepts requests that have the token. Without a token, it refuses requests that a page of
-/// another site makes a browser send.
+/// Accepts requests of this user, and those that have the token.
 pub(super) async fn guard(
-    State(api): State<Arc<Api>>,
+    State(access): State<Access>,
     request: HttpRequest,
     next: Next,
 ) -> Response {
-    let headers = request.headers();
-    let refusal = match &api.token {
-        Some(token) if !has_token(headers, token) => Some((
-            StatusCode::UNAUTHORIZED,
-            "the header `Authorization: Bearer TOKEN` is missing or wrong",
-        )),
-        None if is_foreign(headers) => {
-            Some((StatusCode::FORBIDDEN, "pages of other sites may not send requests"))
-        }
-        _ => None,
-    };
-    match refusal {
-        Some((status, reason)) => Failure(status, reason.to_owned()).into_response(),
-        None => next.run(request).await,
+    match access.check(&request) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refused_request(refusal),
     }
 }
 
-fn has_token(headers: &HeaderMap, token: &str) -> bool {
-    let value = headers.get(AUTHORIZATION).map_or(&[][..], |value| value.as_bytes());
-    // The duration must not depend on the number of right bytes.
-    value.strip_prefix(b"Bearer ").unwrap_or(b"").ct_eq(token.as_bytes()).into()
+/// Accepts requests for what needs no token.
+pub(super) async fn guard_site(request: HttpRequest, next: Next) -> Response {
+    match Access::check_site(&request) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refused_request(refusal),
+    }
 }
 
-fn is_foreign(headers: &HeaderMap) -> bool {
-    let host = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("localhost");
-    let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
-    let is_local =
-        name == "localhost" || name.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok();
-    !is_local
-        || headers
-            .get(ORIGIN)
-            .is_some_and(|origin| origin.as_bytes() != format!("http://{host}").as_bytes())
+fn refused_request(refusal: Refused) -> Response {
+    let status = match refusal {
+        Refused::Token => StatusCode::UNAUTHORIZED,
+        Refused::Site => StatusCode::FORBIDDEN,
+    };
+    Failure(status, refusal.to_string()).into_response()
 }
 
 /// Finds an order, also one that only the store has.
 pub(super) async fn find(api: &Api, text: &str) -> Result<TransportOrder, Failure> {
     let name = OrderName::stored(text).map_err(|_| unknown_order(text))?;
+    shown(api, name).await?.ok_or_else(|| unknown_order(text))
+}
+
+/// Returns an order of the board or the store.
+pub(super) async fn shown(api: &Api, name: OrderName) -> Result<Option<TransportOrder>, Failure> {
     if let Some(order) = api.board.order(&name) {
-        return Ok(order);
+        return Ok(Some(order));
     }
     let stored = api.blocking(move |_, archive| match archive {
         Some(archive) => archive.order(&name),
         None => Ok(None),
     });
-    stored.await?.ok_or_else(|| unknown_order(text))
+    stored.await
 }
 
 pub(super) fn unknown_order(name: &str) -> Failure {
@@ -147,16 +135,14 @@ pub(super) fn unknown_order(name: &str) -> Failure {
 }
 
 /// Reads a body whose route has this limit.
-pub(super) async fn read(request: HttpRequest, limit: usize) -> Result<Bytes, Failure> {
-    let body = timeout(BODY_TIMEOUT, Bytes::from_request(request, &())).await;
-    let Ok(body) = body else {
-        return Err(Failure(StatusCode::REQUEST_TIMEOUT, "the body took too long".to_owned()));
-    };
-    body.map_err(|rejection| match rejection.status() {
-        status @ StatusCode::PAYLOAD_TOO_LARGE => {
-            Failure(status, format!("the body has more than {limit} bytes"))
-        }
-        status => Failure(status, format!("the body is incomplete ({})", rejection.body_text())),
+pub(super) async fn read(request: HttpRequest, limit: usize) -> Result<Vec<u8>, Failure> {
+    read_body(request, limit, BODY_TIMEOUT).await.map_err(|error| {
+        let status = match error {
+            BodyError::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,
+            BodyError::TooSlow => StatusCode::REQUEST_TIMEOUT,
+            BodyError::Incomplete(_) => StatusCode::BAD_REQUEST,
+        };
+        Failure(status, error.to_string())
     })
 }
 
@@ -174,7 +160,7 @@ pub(super) fn refused(error: &DraftError, index: Option<usize>) -> Failure {
 }
 
 /// Keeps new orders and passes them to the pool. It returns them when they are in the store.
-pub(super) async fn keep(api: &Api, orders: Vec<NewOrder>) -> Result<Vec<TransportOrder>, Failure> {
+pub(super) async fn keep(api: &Api, orders: Vec<NewOrder>) -> Result<Vec<Arc<Order>>, Failure> {
     let shown = api.board.reserve(&orders).map_err(|refusal| match refusal {
         Refusal::Duplicate(name) => insert_failure(&InsertError::Duplicate(name)),
         Refusal::Full => unavailable("there are too many open orders"),
@@ -201,7 +187,7 @@ pub(super) async fn keep(api: &Api, orders: Vec<NewOrder>) -> Result<Vec<Transpo
         }
     }
     receiver.await.map_err(|_| unavailable(ENDS))?.map_err(|error| insert_failure(&error))?;
-    Ok(shown.iter().map(|order| TransportOrder::new(order, &api.board.places)).collect())
+    Ok(shown)
 }
 
 fn insert_failure(error: &InsertError) -> Failure {

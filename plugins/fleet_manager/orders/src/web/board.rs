@@ -17,8 +17,6 @@ use crate::places::Places;
 use crate::threads::{ABSENT, Update, Vehicle};
 use crate::view::{Page, TransportOrder, VehicleView};
 
-/// The largest number of orders that are over and still shown; older ones are in the store.
-const MAX_CLOSED: usize = 100_000;
 /// The largest number of open orders, which bounds the memory.
 const MAX_OPEN: usize = 1_000_000;
 /// The largest number of events that a reader may be behind.
@@ -34,6 +32,8 @@ pub(crate) struct Board {
 struct Content {
     orders: BTreeMap<OrderName, Arc<Order>>,
     closed: VecDeque<OrderName>,
+    /// The largest number of orders that are over and still shown.
+    max_closed: usize,
     vehicles: BTreeMap<u32, Vehicle>,
     figures: Figures,
     now_secs: f64,
@@ -48,10 +48,16 @@ pub(super) enum Refusal {
 }
 
 impl Board {
-    /// Makes a board of the open orders, at a simulated time in seconds.
-    pub(crate) fn new(places: Arc<Places>, open: Vec<Arc<Order>>, now_secs: f64) -> Self {
+    /// Makes a board of the open orders, at a simulated time in seconds. It shows the last
+    /// `max_closed` orders that are over.
+    pub(crate) fn new(
+        places: Arc<Places>,
+        open: Vec<Arc<Order>>,
+        max_closed: usize,
+        now_secs: f64,
+    ) -> Self {
         let orders = open.into_iter().map(|order| (order.content.name.clone(), order)).collect();
-        let content = Mutex::new(Content { orders, now_secs, ..Content::default() });
+        let content = Mutex::new(Content { orders, max_closed, now_secs, ..Content::default() });
         Self { places, content, events: broadcast::Sender::new(MAX_BEHIND) }
     }
 
@@ -97,8 +103,8 @@ impl Board {
     }
 
     /// Whether an order is shown.
-    pub(super) fn has(&self, name: &str) -> bool {
-        OrderName::stored(name).is_ok_and(|name| self.content.lock().orders.contains_key(&name))
+    pub(super) fn has(&self, name: &OrderName) -> bool {
+        self.content.lock().orders.contains_key(name)
     }
 
     /// Returns a name that no order has.
@@ -152,19 +158,17 @@ impl Board {
         order.map(|order| TransportOrder::new(&order, &self.places))
     }
 
-    pub(super) fn orders(&self, page: &Page) -> Vec<TransportOrder> {
-        let orders: Vec<_> = {
-            let content = self.content.lock();
-            let start = page.after.as_ref().map_or(Unbounded, Excluded);
-            let orders = content.orders.range((start, Unbounded)).map(|(_, order)| order);
-            let requested = orders.filter(|order| match page.state.as_deref() {
-                None => true,
-                Some("open") => !order.state.is_final(),
-                Some(state) => order.state.name() == state,
-            });
-            requested.take(page.limit).cloned().collect()
-        };
-        orders.iter().map(|order| TransportOrder::new(order, &self.places)).collect()
+    /// Returns the names of the orders of a page.
+    pub(super) fn names(&self, page: &Page) -> Vec<OrderName> {
+        let content = self.content.lock();
+        let start = page.after.as_ref().map_or(Unbounded, Excluded);
+        let orders = content.orders.range((start, Unbounded));
+        let requested = orders.filter(|(_, order)| match page.state.as_deref() {
+            None => true,
+            Some("open") => !order.state.is_final(),
+            Some(state) => order.state.name() == state,
+        });
+        requested.take(page.limit).map(|(name, _)| name.clone()).collect()
     }
 
     pub(super) fn vehicle(&self, robot: u32) -> Option<VehicleView> {
@@ -172,9 +176,11 @@ impl Board {
         Some(VehicleView::new(&vehicle, &self.places))
     }
 
-    pub(super) fn vehicles(&self) -> Vec<VehicleView> {
+    /// Returns the vehicle with the lowest id from one on, and its id.
+    pub(super) fn next_vehicle(&self, from: u32) -> Option<(u32, VehicleView)> {
         let content = self.content.lock();
-        content.vehicles.values().map(|vehicle| VehicleView::new(vehicle, &self.places)).collect()
+        let (robot, vehicle) = content.vehicles.range(from..).next()?;
+        Some((*robot, VehicleView::new(vehicle, &self.places)))
     }
 
     pub(super) fn status(&self) -> Value {
@@ -208,7 +214,7 @@ impl Content {
             self.closed.push_back(name.clone());
         }
         self.orders.insert(name, order);
-        if self.closed.len() > MAX_CLOSED
+        if self.closed.len() > self.max_closed
             && let Some(oldest) = self.closed.pop_front()
         {
             self.orders.remove(&oldest);

@@ -1,21 +1,21 @@
 //! The routes of the web API, and the OpenAPI document that describes them.
 
-use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::future::ready;
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::rejection::{PathRejection, QueryRejection};
-use axum::extract::{DefaultBodyLimit, Path, Query, Request as HttpRequest, State};
+use axum::extract::{Path, Query, Request as HttpRequest, State};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
-use axum::middleware::from_fn_with_state;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use futures_util::stream::{Stream, StreamExt as _, once, unfold};
+use regatta_kit::server::Access;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tokio::sync::broadcast::error::RecvError;
@@ -25,11 +25,13 @@ use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityScheme};
 use utoipa::{IntoParams, Modify, OpenApi, ToSchema};
 
 use super::api::{
-    Api, ENDS, Error, Failure, check, find, guard, internal, keep, malformed, read, refused,
+    Api, ENDS, Error, Failure, check, find, guard, guard_site, keep, malformed, read, refused,
     unavailable, unknown_order,
 };
+use super::list;
 use crate::draft::OrderDraft;
-use crate::order::{OrderName, State as OrderState};
+use crate::order::{Order, OrderName, State as OrderState};
+use crate::schema;
 use crate::threads::{Request, WithdrawError};
 use crate::view::{Page, TransportOrder, VehicleView};
 
@@ -40,7 +42,7 @@ const MAX_ORDERS_BYTES: usize = 16 << 20;
 /// The longest wait of a withdrawal for the manager's next tick: a paused fleet has none.
 const TICK_TIMEOUT: Duration = Duration::from_secs(2);
 /// The largest number of orders in an answer.
-const MAX_PAGE: usize = 100_000;
+const MAX_PAGE: usize = 1_000;
 /// A comment is sent after so much silence, so that a reader that has gone is noticed.
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
@@ -68,16 +70,10 @@ impl Modify for Bearer {
     }
 }
 
-pub(super) fn router(api: Arc<Api>) -> Router {
+pub(super) fn router(api: Arc<Api>, access: Access) -> Router {
     let guarded = Router::new()
-        .route(
-            "/v1/transportOrders",
-            get(orders).post(post_orders).layer(DefaultBodyLimit::max(MAX_ORDERS_BYTES)),
-        )
-        .route(
-            "/v1/transportOrders/{name}",
-            get(order).post(post_order).layer(DefaultBodyLimit::max(MAX_ORDER_BYTES)),
-        )
+        .route("/v1/transportOrders", get(orders).post(post_orders))
+        .route("/v1/transportOrders/{name}", get(order).post(post_order))
         .route("/v1/transportOrders/{name}/withdrawal", post(withdraw))
         .route("/v1/vehicles", get(vehicles))
         .route("/v1/vehicles/{name}", get(vehicle))
@@ -92,8 +88,9 @@ pub(super) fn router(api: Arc<Api>) -> Router {
                 "this path has other methods; see /openapi.json".to_owned(),
             )
         })
-        .layer(from_fn_with_state(api.clone(), guard));
-    guarded.route("/openapi.json", get(openapi)).route("/", get(page)).with_state(api)
+        .layer(from_fn_with_state(access, guard));
+    let open = guarded.route("/openapi.json", get(openapi)).route("/", get(page));
+    open.layer(from_fn(guard_site)).with_state(api)
 }
 
 async fn openapi() -> Json<utoipa::openapi::OpenApi> {
@@ -112,10 +109,12 @@ type QueryOf<T> = Result<Query<T>, QueryRejection>;
 #[into_params(parameter_in = Query)]
 struct PageQuery {
     /// open, or a state
+    #[param(schema_with = schema::listed_states)]
     state: Option<String>,
-    #[param(minimum = 1, maximum = 100_000, default = 100_000)]
+    #[param(minimum = 1, maximum = 1_000, default = 1_000)]
     limit: Option<usize>,
     /// only names after this one: the last one of the page before
+    #[param(value_type = OrderName, inline)]
     after: Option<String>,
 }
 
@@ -153,25 +152,11 @@ async fn orders(
 ) -> Result<Response, Failure> {
     let Query(query) = query?;
     let page = query.page().map_err(|reason| Failure(StatusCode::BAD_REQUEST, reason))?;
-    // Answers may be large, and so they are made on another thread than the server's.
-    let text = api.blocking(move |board, archive| {
-        // The store first: an order that the board drops in between is in one of both.
-        let stored = archive
-            .map_or(Ok(Vec::new()), |archive| archive.page(&page, |name| board.has(name)))?;
-        let shown: BTreeMap<_, _> = stored
-            .into_iter()
-            .chain(board.orders(&page))
-            .map(|order| (order.name.clone(), order))
-            .collect();
-        let shown: Vec<_> = shown.into_values().take(page.limit).collect();
-        Ok(serde_json::to_string(&shown))
-    });
-    let text = text.await?.map_err(internal)?;
-    Ok(([(CONTENT_TYPE, "application/json")], text).into_response())
+    list::page(api, page).await
 }
 
 /// An order
-#[utoipa::path(get, path = "/v1/transportOrders/{name}", params(("name" = String, Path)), responses(
+#[utoipa::path(get, path = "/v1/transportOrders/{name}", params(("name" = inline(OrderName), Path)), responses(
     (status = 200, description = "The order.", body = TransportOrder),
     (status = 404, description = "There is no such order.", body = Error),
 ))]
@@ -184,7 +169,7 @@ async fn order(
 }
 
 /// Create an order
-#[utoipa::path(post, path = "/v1/transportOrders/{name}", params(("name" = String, Path)),
+#[utoipa::path(post, path = "/v1/transportOrders/{name}", params(("name" = inline(OrderName), Path)),
     request_body = OrderDraft, responses(
     (status = 201, description = "Kept.", body = TransportOrder),
     (status = 400, description = "The body is malformed.", body = Error),
@@ -208,12 +193,13 @@ async fn post_order(
     draft.name = Some(name);
     let order = check(&api, &draft).map_err(|error| refused(&error, None))?;
     let orders = keep(&api, vec![order]).await?;
-    Ok((StatusCode::CREATED, Json(orders.into_iter().next())).into_response())
+    Ok((StatusCode::CREATED, first(&api, &orders)).into_response())
 }
 
 /// One order or a list of them.
-#[derive(Deserialize, Serialize, ToSchema)]
+#[derive(Serialize, ToSchema)]
 #[serde(untagged)]
+#[expect(dead_code, reason = "it describes bodies in the document")]
 enum OneOrMany<T> {
     One(T),
     Many(Vec<T>),
@@ -234,22 +220,29 @@ async fn post_orders(
     request: HttpRequest,
 ) -> Result<Response, Failure> {
     let body = read(request, MAX_ORDERS_BYTES).await?;
-    // In two steps: an error of an untagged enum wouldn't name the field that is wrong.
-    let value: Value = serde_json::from_slice(&body).map_err(malformed)?;
-    let is_list = value.is_array();
-    let list = if is_list { value } else { Value::Array(vec![value]) };
-    let drafts: Vec<OrderDraft> = serde_json::from_value(list).map_err(malformed)?;
+    // Not as an untagged enum, whose errors wouldn't name the field that is wrong.
+    let is_list = body.trim_ascii_start().first() == Some(&b'[');
+    let drafts: Vec<OrderDraft> = match is_list {
+        true => serde_json::from_slice(&body).map_err(malformed)?,
+        false => vec![serde_json::from_slice(&body).map_err(malformed)?],
+    };
+    drop(body);
     let mut checked = Vec::with_capacity(drafts.len());
-    for (index, draft) in drafts.iter().enumerate() {
-        let order = check(&api, draft);
+    for (index, draft) in drafts.into_iter().enumerate() {
+        let order = check(&api, &draft);
         checked.push(order.map_err(|error| refused(&error, is_list.then_some(index)))?);
     }
-    let mut orders = keep(&api, checked).await?;
-    let answer = match orders.pop() {
-        Some(order) if !is_list => OneOrMany::One(order),
-        last => OneOrMany::Many(orders.into_iter().chain(last).collect()),
+    let orders = keep(&api, checked).await?;
+    let answer = match is_list {
+        true => list::orders(api, orders),
+        false => first(&api, &orders).into_response(),
     };
-    Ok((StatusCode::CREATED, Json(answer)).into_response())
+    Ok((StatusCode::CREATED, answer).into_response())
+}
+
+/// The one order of an answer.
+fn first(api: &Api, orders: &[Arc<Order>]) -> Json<Option<TransportOrder>> {
+    Json(orders.first().map(|order| TransportOrder::new(order, &api.board.places)))
 }
 
 #[derive(Deserialize, IntoParams)]
@@ -263,7 +256,7 @@ struct WithdrawQuery {
 
 /// Withdraw an order
 #[utoipa::path(post, path = "/v1/transportOrders/{name}/withdrawal",
-    params(("name" = String, Path), WithdrawQuery), responses(
+    params(("name" = inline(OrderName), Path), WithdrawQuery), responses(
     (status = 200, description = "Withdrawn."),
     (status = 202, description = "It will be at the manager's next tick: the fleet is paused."),
     (status = 404, description = "There is no such order.", body = Error),
@@ -302,8 +295,11 @@ async fn withdraw(
 #[utoipa::path(get, path = "/v1/vehicles", responses(
     (status = 200, description = "The vehicles.", body = Vec<VehicleView>),
 ))]
-async fn vehicles(State(api): State<Arc<Api>>) -> Json<Vec<VehicleView>> {
-    Json(api.board.vehicles())
+async fn vehicles(State(api): State<Arc<Api>>) -> Response {
+    list::list(unfold(0, move |from| {
+        let next = api.board.next_vehicle(from);
+        ready(next.map(|(robot, vehicle)| (Ok(vehicle), robot.saturating_add(1))))
+    }))
 }
 
 /// A vehicle

@@ -2,6 +2,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 
 use glam::Vec2;
+use regatta_kit::private;
 use serde_json::{Value, json};
 
 use crate::order::State;
@@ -43,6 +44,23 @@ fn raw(address: SocketAddr, request: &[u8]) -> (u16, String) {
 }
 
 fn send(address: SocketAddr, method: &str, path: &str, headers: &str, body: &str) -> (u16, Value) {
+    let headers = format!("{}{headers}", own_token());
+    send_as(address, method, path, &headers, body)
+}
+
+/// The header with this user's token.
+fn own_token() -> String {
+    format!("Authorization: Bearer {}\r\n", private::token().expect("a token"))
+}
+
+/// Sends a request with these headers alone.
+fn send_as(
+    address: SocketAddr,
+    method: &str,
+    path: &str,
+    headers: &str,
+    body: &str,
+) -> (u16, Value) {
     let length = body.len();
     let head = format!(
         "{method} {path} HTTP/1.0\r\nHost: {address}\r\nContent-Length: {length}\r\n{headers}\r\n"
@@ -163,7 +181,8 @@ fn each_error_has_its_status_and_its_reason() {
         "no other order is kept"
     );
     let chunked = format!(
-        "POST /v1/transportOrders/b HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nTransfer-Encoding: chunked\r\n\r\n20000\r\n{}\r\n0\r\n\r\n",
+        "POST /v1/transportOrders/b HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n{}Transfer-Encoding: chunked\r\n\r\n20000\r\n{}\r\n0\r\n\r\n",
+        own_token(),
         "x".repeat(0x20000)
     );
     assert_eq!(raw(address, chunked.as_bytes()).0, 413);
@@ -171,9 +190,12 @@ fn each_error_has_its_status_and_its_reason() {
 }
 
 #[test]
-fn pages_of_other_sites_are_refused() {
+fn pages_of_other_sites_and_requests_without_the_token_are_refused() {
     let pool = pool();
     let address = address(&pool);
+    assert_eq!(send_as(address, "POST", "/v1/transportOrders/a", "", ORDER).0, 401);
+    let brief = own_token().replace("Bearer", "bearer");
+    assert_eq!(send_as(address, "GET", "/v1/status", &brief, "").0, 200);
     assert_eq!(
         send(address, "POST", "/v1/transportOrders/a", "Origin: http://evil.example\r\n", ORDER).0,
         403
@@ -217,11 +239,12 @@ fn ten_thousand_orders_at_once_are_all_kept() {
     let address = address(&pool);
     let client = |client: usize| {
         let mut stream = TcpStream::connect(address).expect("connected");
+        let token = own_token();
         let requests: Vec<u8> = (0..500)
             .flat_map(|number| {
                 let length = ORDER.len();
                 let path = format!("/v1/transportOrders/order-{client}-{number}");
-                format!("POST {path} HTTP/1.1\r\nHost: {address}\r\nContent-Length: {length}\r\n\r\n{ORDER}")
+                format!("POST {path} HTTP/1.1\r\nHost: {address}\r\n{token}Content-Length: {length}\r\n\r\n{ORDER}")
                     .into_bytes()
             })
             .collect();
@@ -352,7 +375,9 @@ fn vehicles_that_only_move_on_are_no_events_and_those_that_leave_are_gone() {
     let address = address(&pool);
     let mut stream = TcpStream::connect(address).expect("connected");
     stream
-        .write_all(format!("GET /v1/sse HTTP/1.0\r\nHost: {address}\r\n\r\n").as_bytes())
+        .write_all(
+            format!("GET /v1/sse HTTP/1.0\r\nHost: {address}\r\n{}\r\n", own_token()).as_bytes(),
+        )
         .expect("sent");
     let mut text = String::new();
     let mut read_until = |end: &str| {
@@ -390,7 +415,9 @@ fn changes_come_as_server_sent_events() {
     let address = address(&pool);
     let mut stream = TcpStream::connect(address).expect("connected");
     stream
-        .write_all(format!("GET /v1/sse HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes())
+        .write_all(
+            format!("GET /v1/sse HTTP/1.1\r\nHost: {address}\r\n{}\r\n", own_token()).as_bytes(),
+        )
         .expect("sent");
     let mut text = String::new();
     let mut read_until = |end: &str| {
@@ -434,11 +461,12 @@ fn other_addresses_need_a_token() {
     let local = SocketAddr::from(([127, 0, 0, 1], address(&pool).port()));
     for (header, status) in [
         ("", 401),
+        (&own_token(), 401),
         ("Authorization: Bearer secret-tokem\r\n", 401),
         ("Authorization: Bearer secret-token2\r\n", 401),
         ("Authorization: Bearer secret-token\r\n", 200),
     ] {
-        assert_eq!(send(local, "GET", "/v1/status", header, "").0, status, "{header}");
+        assert_eq!(send_as(local, "GET", "/v1/status", header, "").0, status, "{header}");
     }
     let (status, document) = get(local, "/openapi.json");
     assert_eq!((status, &document["openapi"]), (200, &json!("3.1.0")));
@@ -507,9 +535,77 @@ fn the_document_describes_each_path_with_its_answers() {
     assert_eq!(draft["required"], json!(["destinations"]));
     assert_eq!(draft["additionalProperties"], json!(false));
     assert_eq!(draft["properties"]["destinations"]["maxItems"], json!(1000));
+    for field in ["earliestStart", "deadline"] {
+        assert_eq!(draft["properties"][field]["maximum"].as_f64(), Some(1e9), "{field}");
+    }
+    assert_eq!(draft["properties"]["name"]["maxLength"], json!(128));
+    let name = draft["properties"]["name"]["pattern"].as_str().expect("a pattern");
+    assert!(name.contains(r"\u{2028}-\u{202e}"), "{name}");
+    let stop = &components["schemas"]["Destination"];
+    assert_eq!(stop["required"], json!(["locationName"]));
+    assert_eq!(stop["properties"]["dwell"]["maximum"].as_f64(), Some(1e9));
+    let operation = stop["properties"]["operation"]["pattern"].as_str().expect("a pattern");
+    for name in crate::Action::NAMES {
+        assert!(name.parse::<crate::Action>().is_ok(), "{name}");
+    }
+    assert!(operation.starts_with("^([nN][oO][nN][eE]|"), "{operation}");
     let order = &components["schemas"]["TransportOrder"]["properties"];
     assert_eq!(order["state"]["enum"], json!(State::NAMES));
     let vehicle = &components["schemas"]["Vehicle"]["properties"];
     assert_eq!(vehicle["activity"]["enum"][1], json!("to pick"));
     assert_eq!(vehicle["position"]["maxItems"], json!(2));
+}
+
+#[test]
+fn a_page_of_long_orders_comes_in_pieces_and_is_whole() {
+    let pool = pool();
+    let address = address(&pool);
+    let stops = vec![r#"{"locationName": "N1"}"#; 100].join(",");
+    let orders = vec![format!(r#"{{"destinations": [{stops}]}}"#); 1_200].join(",");
+    let (status, kept) = post(address, "/v1/transportOrders", &format!("[{orders}]"));
+    assert_eq!((status, kept.as_array().map(Vec::len)), (201, Some(1_200)));
+    let (_, first) = get(address, "/v1/transportOrders");
+    let first = first.as_array().expect("a page").clone();
+    let last = first.last().expect("orders")["name"].as_str().expect("a name").to_owned();
+    let (_, rest) = get(address, &format!("/v1/transportOrders?after={last}"));
+    let all = [&first[..], rest.as_array().expect("a page")].concat();
+    assert_eq!((first.len(), all.len()), (1_000, 1_200));
+    assert!(all.is_sorted_by_key(|order| order["name"].as_str()));
+    assert_eq!(all[7]["destinations"].as_array().map(Vec::len), Some(100));
+    assert_eq!(get(address, "/v1/transportOrders?limit=1001").0, 400);
+    assert_eq!(get(address, "/v1/transportOrders?state=failed"), (200, json!([])));
+}
+
+#[test]
+fn names_that_mislead_are_refused() {
+    let pool = pool();
+    for name in ["..", ".", "a..b", "x\u{202e}y", "a\u{200b}", "\u{feff}a", "a\u{2066}", "a\tb"] {
+        let draft = json!({"name": name, "destinations": [{"locationName": "N1"}]}).to_string();
+        let (status, answer) = post(address(&pool), "/v1/transportOrders", &draft);
+        assert_eq!(status, 422, "{name:?}: {answer}");
+    }
+    let draft = r#"{"name": "Größe 1.0 – 中", "destinations": [{"locationName": "N1"}]}"#;
+    assert_eq!(post(address(&pool), "/v1/transportOrders", draft).0, 201);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_socket_serves_its_user_without_a_token_and_nobody_else() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let fleet = format!("orders-socket-{}", std::process::id()).parse().expect("a name");
+    let mut settings = OrderSettings::default();
+    settings.serve_at_socket_of(&fleet);
+    let path = settings.socket.clone().expect("a socket");
+    let pool = open(&settings).expect("a pool");
+    assert_eq!(pool.http_address(), None);
+    for (path, mode) in [(path.as_path(), 0o600), (path.parent().expect("a folder"), 0o700)] {
+        let permissions = path.metadata().expect("there").permissions();
+        assert_eq!(permissions.mode() & 0o777, mode, "{}", path.display());
+    }
+    let client = Client::of_fleet(&fleet).expect("a client");
+    assert_eq!(client.get("/v1/status").expect("an answer")["openOrders"], json!(0));
+    drop(pool);
+    let error = client.get("/v1/status").expect_err("no manager").to_string();
+    assert!(error.contains("no fleet manager answers on"), "{error}");
 }
