@@ -4,10 +4,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use regatta_base::file;
 use regatta_orders::{Client, ClientError, TimedDraft, read_orders};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+
+/// The size of the largest file of a token.
+const MAX_TOKEN_FILE_BYTES: u64 = 4096;
 
 #[derive(Subcommand)]
 pub enum OrdersCommand {
@@ -64,7 +68,7 @@ impl Manager {
     fn client(&self) -> Result<Client, Failure> {
         let mut token = None;
         if let Some(path) = &self.token_file {
-            let text = std::fs::read_to_string(path)
+            let text = file::read_text(path, MAX_TOKEN_FILE_BYTES)
                 .map_err(|error| format!("can't read {} ({error})", path.display()))?;
             token = Some(text.trim().to_owned());
         }

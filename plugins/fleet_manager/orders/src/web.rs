@@ -132,9 +132,11 @@ impl Web {
 
 /// The shortest token.
 const MIN_TOKEN_BYTES: usize = 8;
+/// The size of the largest file of a token.
+const MAX_TOKEN_FILE_BYTES: u64 = 4096;
 
 fn read_token(path: &Path) -> Result<String, WebError> {
-    let reason = match std::fs::read_to_string(path) {
+    let reason = match regatta_base::file::read_text(path, MAX_TOKEN_FILE_BYTES) {
         Ok(text) => {
             let token = text.trim();
             if token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|byte| byte.is_ascii_graphic()) {
