@@ -334,6 +334,35 @@ fn pipes_devices_and_sparse_files_are_refused_everywhere() {
     }
 }
 
+#[test]
+fn small_files_that_take_parsers_long_are_refused_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bytes = 400_000;
+    for (before, repeated) in [
+        ("graph: x\nrobots: ", "["),
+        ("graph: x\nrobots: ", "{a: "),
+        ("Vertices: ", "["),
+        ("plant: x\nvary: ", "["),
+        ("{\"type\": \"FeatureCollection\", \"features\": ", "["),
+        ("{\"layouts\": [], \"metaInformation\": ", "[{"),
+        ("image: a.pgm\nresolution: 0.05\norigin: ", "["),
+        ("", "%TAG !a! b\n"),
+    ] {
+        let path = folder.path().join("plant");
+        fs::write(&path, before.to_owned() + &repeated.repeat(bytes / repeated.len()))
+            .expect("written");
+        for command in [["graph", "check"].as_slice(), &["run"], &["study"], &["orders", "import"]]
+        {
+            let started = Instant::now();
+            let mut process = regatta();
+            let output = Process::start(process.args(command).arg(&path)).finish();
+            let message = text(&output.stderr) + &text(&output.stdout);
+            assert!(!output.status.success(), "{repeated} {command:?}: {message}");
+            assert!(started.elapsed() < REFUSED_WITHIN, "{before}{repeated} {command:?}");
+        }
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_program_that_waits_for_standard_input_can_be_ended() {

@@ -221,3 +221,37 @@ pub(crate) fn summary(file: &mut File) -> McapResult<Option<Summary>> {
     }
     Ok(reader.finish())
 }
+
+#[cfg(test)]
+mod tests {
+    use mcap::records::ChunkIndex;
+
+    use super::*;
+
+    fn chunk(uncompressed_size: u64) -> ChunkIndex {
+        ChunkIndex {
+            message_start_time: 0,
+            message_end_time: 0,
+            chunk_start_offset: 8,
+            chunk_length: 100,
+            message_index_offsets: Default::default(),
+            message_index_length: 0,
+            compression: "zstd".to_owned(),
+            compressed_size: 100,
+            uncompressed_size,
+        }
+    }
+
+    #[test]
+    fn a_small_file_that_claims_to_hold_gigabytes_is_refused() {
+        let file = tempfile::tempfile().expect("a file");
+        file.set_len(262_144).expect("a length");
+        let mut summary = Summary { chunk_indexes: vec![chunk(64 << 20); 4], ..Summary::default() };
+        assert!(check_content(Path::new("a.mcap"), &file, &summary).is_ok());
+        for claims in [vec![chunk(1 << 30); 8], vec![chunk(u64::MAX); 2]] {
+            summary.chunk_indexes = claims;
+            let error = check_content(Path::new("a.mcap"), &file, &summary).expect_err("a bomb");
+            assert!(error.to_string().contains("in a file of 262144"), "{error}");
+        }
+    }
+}
