@@ -17,6 +17,8 @@ mod report;
 mod run;
 mod scenario;
 mod study;
+mod trust;
+mod user_files;
 #[cfg(feature = "viewer")]
 mod viewer;
 

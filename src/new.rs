@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use regatta_base::file;
 use regatta_layout::RouteGraph;
 use regatta_layout::traffic::{Certificate, RobotType};
 use regatta_scenario::{default_scenario, limits};
@@ -12,9 +13,12 @@ use regatta_scenario::{default_scenario, limits};
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
 use crate::output::{Force, check_file, unwritable, with_plural, write_file};
+use crate::trust;
 
 /// The most edges of a layout whose traffic is examined, which takes some seconds then.
 const MOST_EXAMINED: usize = 150_000;
+/// The size of the largest file that is copied: a layout, or the picture of a map.
+const MAX_COPY_BYTES: u64 = 1 << 30;
 /// The largest number of remarks about one topic.
 const MOST_REMARKS: usize = 3;
 
@@ -67,14 +71,19 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
     for to in copies.keys() {
         check_file(to, args.force)?;
     }
+    let is_new = !folder.exists();
     fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
     for (to, from) in &copies {
-        let bytes = fs::read(from)
+        let bytes = file::read(from, MAX_COPY_BYTES)
             .map_err(|error| format!("{}: can't read: {error}; check the path", from.display()))?;
         write_file(to, &bytes, args.force)?;
     }
     for (name, bytes) in &files {
         write_file(&folder.join(name), bytes, args.force)?;
+    }
+    if is_new {
+        // A user who can't be remembered is asked.
+        let _ = trust::remember(&folder);
     }
     print_summary(&folder, &graph, findings.warnings());
     Ok(())

@@ -87,6 +87,13 @@ pub fn write_file(path: &Path, bytes: &[u8], force: Force) -> Result<(), Failure
     written.map_err(|error| unwritable(path, &error))
 }
 
+/// Writes a file in a folder that may hold anything: what has its name is replaced, and links
+/// aren't followed.
+pub fn write_inside(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    Termination::watch().map_err(plugin_failure)?;
+    regatta_kit::whole_file::write(path, bytes).map_err(|error| unwritable(path, &error))
+}
+
 /// Returns the error of writing a file or a folder. The system's own text may name a temporary
 /// file, which users don't know.
 pub fn unwritable(path: &Path, error: &io::Error) -> Failure {

@@ -1,7 +1,10 @@
 //! `regatta plugin NAME`: the built-in plugins.
 
-use clap::{Args, Command, CommandFactory, Parser};
-use regatta_plugin::Plugin;
+use std::any::TypeId;
+
+use clap::parser::ValueSource;
+use clap::{Arg, Args, Command, CommandFactory, Parser};
+use regatta_plugin::{Plugin, Rate};
 use regatta_scenario::closest;
 
 use crate::failure::{Failure, plugin_failure};
@@ -126,6 +129,42 @@ pub fn is_built_in(name: &str) -> bool {
     PLUGINS.iter().any(|plugin| plugin.name == name)
 }
 
+/// Whether arguments make a built-in plugin do more than take part in its fleet: they name a file,
+/// an address, or something that isn't known.
+pub fn reaches_out(name: &str, args: &[String]) -> bool {
+    let Some(plugin) = PLUGINS.iter().find(|plugin| plugin.name == name) else { return false };
+    if args.is_empty() {
+        return false;
+    }
+    let command = (plugin.add_options)(Command::new(plugin.name));
+    let words = std::iter::once(name).chain(args.iter().map(String::as_str));
+    match command.clone().try_get_matches_from(words) {
+        Ok(matches) => command.get_arguments().any(|argument| {
+            let source = matches.value_source(argument.get_id().as_str());
+            source == Some(ValueSource::CommandLine) && !is_harmless(argument)
+        }),
+        Err(_) => true,
+    }
+}
+
+/// Whether an argument is a flag, a number or one of several words.
+fn is_harmless(argument: &Arg) -> bool {
+    let kind = argument.get_value_parser().type_id();
+    let numbers = [
+        TypeId::of::<u8>(),
+        TypeId::of::<u16>(),
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<usize>(),
+        TypeId::of::<f32>(),
+        TypeId::of::<f64>(),
+        TypeId::of::<Rate>(),
+    ];
+    !argument.get_action().takes_values()
+        || !argument.get_possible_values().is_empty()
+        || numbers.iter().any(|number| kind == *number)
+}
+
 /// Makes a built-in plugin for a run in one process.
 ///
 /// # Errors
@@ -185,4 +224,39 @@ pub fn run(args: PluginArgs) -> Result<(), Failure> {
     }
     let plugin = PLUGINS.iter().find(|plugin| plugin.name == name).ok_or_else(|| unknown(name))?;
     (plugin.run)(args.name_and_args).map_err(plugin_failure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(name: &str, args: &[&str]) -> bool {
+        let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
+        reaches_out(name, &args)
+    }
+
+    #[test]
+    fn arguments_with_files_and_addresses_reach_out_and_numbers_do_not() {
+        for (name, args) in [
+            ("fleet-manager", &["--planner", "pibt", "--in-turn", "--summary"][..]),
+            ("collision", &["--margin", "0.3", "--rate", "10"]),
+            ("traffic", &[]),
+            ("nobody", &["x"]),
+        ] {
+            assert!(!of(name, args), "{name} {args:?}");
+        }
+        for (name, args) in [
+            ("fleet-manager", &["--json", "x.json"][..]),
+            ("fleet-manager", &["--http"]),
+            ("fleet-manager", &["--no-such-option"]),
+            ("metrics", &["--csv=x.csv"]),
+            ("record", &["-o", "x.mcap"]),
+            ("traffic", &["--summary", "--parquet", "x"]),
+            ("udp", &["--to", "192.0.2.1:9001"]),
+            ("udp-source", &["--listen", "0.0.0.0:9001"]),
+            ("validator", &["--markdown", "x.md"]),
+        ] {
+            assert!(of(name, args), "{name} {args:?}");
+        }
+    }
 }

@@ -3,12 +3,13 @@
 mod in_process;
 
 use std::fs::File;
-use std::io::{self, Seek, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use regatta_layout::MAX_FILE_BYTES;
 use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 use regatta_scenario::{PluginCommand, Scenario, Viewer};
@@ -21,6 +22,7 @@ use crate::failure::{Failure, plugin_failure};
 use crate::output::with_plural;
 use crate::scenario::Demo;
 use crate::supervisor::{EndedChild, Supervisor};
+use crate::trust::{self, TrustArgs};
 use crate::{control, plugin, scenario};
 
 /// The longest time until the engine's first response: it compiles the route graph first, which may
@@ -51,6 +53,8 @@ pub struct RunArgs {
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
+    #[command(flatten)]
+    trust: TrustArgs,
     /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
     time_limit: Option<Time>,
@@ -70,8 +74,10 @@ pub struct RunArgs {
 
 /// Runs `regatta run`.
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch().map_err(plugin_failure)?;
     let (scenario, input) = read_scenario(&args)?;
+    require_trust(&scenario, &args)?;
+    // Until now, a signal ends this program at once, whatever it waits for.
+    let termination = Termination::watch().map_err(plugin_failure)?;
     if let Some(warning) = unread_load(&scenario) {
         regatta_plugin::tell!("{warning}");
     }
@@ -149,12 +155,26 @@ fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
         return Ok((scenario::load(path, args.demo(), &overrides)?, None));
     }
     let mut file = tempfile::tempfile()?;
-    io::copy(&mut io::stdin().lock(), &mut file)?;
+    io::copy(&mut io::stdin().lock().take(MAX_FILE_BYTES + 1), &mut file)?;
     file.rewind()?;
     let scenario = Scenario::read_from(&file, Path::new(scenario::STANDARD_INPUT), &overrides)?;
     scenario::viewer_args(&scenario)?;
     file.rewind()?;
     Ok((scenario, Some(file)))
+}
+
+/// Checks that the user trusts the scenario with its plugins: programs, and files and addresses
+/// of built-in plugins.
+fn require_trust(scenario: &Scenario, args: &RunArgs) -> Result<(), Failure> {
+    let Some(path) = &args.scenario else { return Ok(()) };
+    let reaching =
+        scenario.plugins.iter().filter(|PluginCommand { name, command, args, .. }| {
+            !command.is_empty() || plugin::reaches_out(name, args)
+        });
+    let wishes: Vec<String> = reaching.map(|plugin| plugin.in_words()).collect();
+    let is_standard_input = scenario::is_standard_input(Some(path));
+    let folder = path.parent().filter(|_| !is_standard_input);
+    trust::require(&path.display().to_string(), folder, &wishes, args.trust)
 }
 
 /// The file in which plugins find the scenario's load.

@@ -16,7 +16,8 @@ use regatta_plugin::Termination;
 use regatta_study::answer::Answer;
 use regatta_study::conduct::{Conductor, StudyError, Watcher};
 use regatta_study::plan::{Axis, Plan, Robots};
-use regatta_study::store::Store;
+use regatta_study::seal::Key;
+use regatta_study::store::{Accepted, Store};
 use regatta_study::workers::{Adapter, Local, Workers, WorkersError};
 
 pub use self::observers::{ObserverArgs, run as run_observers};
@@ -24,9 +25,11 @@ pub use self::single_run::{StudyRunArgs, run as run_single};
 use self::watch::Terminal;
 use crate::arguments::{LayoutArgs, Time};
 use crate::failure::{Failure, plugin_failure};
-use crate::version;
+use crate::trust::TrustArgs;
+use crate::{user_files, version};
 
-/// Exit code of a study that found contacts, or no answer for its first variant.
+/// Exit code of a study that found contacts, whose runs failed in part, or that has no answer for
+/// its first variant.
 const FOUND: u8 = 1;
 
 #[derive(Args)]
@@ -83,6 +86,11 @@ pub struct StudyArgs {
     /// Record one run of the first variant at its knee
     #[arg(long)]
     record: bool,
+    /// Use results in the folder that other users or machines have made
+    #[arg(long)]
+    foreign_results: bool,
+    #[command(flatten)]
+    trust: TrustArgs,
     #[command(flatten)]
     layout: LayoutArgs,
 }
@@ -110,14 +118,16 @@ fn parse_address(text: &str) -> Result<String, String> {
 /// Returns an error if the plant can't be studied, or if no run can be done. Finished runs are
 /// kept.
 pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch().map_err(plugin_failure)?;
     let plan = request::plan(args)?;
+    let termination = Termination::watch().map_err(plugin_failure)?;
     if let Some(folder) = &args.export_jobs {
-        return export::export(&plan, folder).map(|()| ExitCode::SUCCESS);
+        let store = Store::open(folder, seal_key()?, Accepted::Sealed)?;
+        return export::export(&plan, &store).map(|()| ExitCode::SUCCESS);
     }
     let folder =
         args.output.clone().unwrap_or_else(|| PathBuf::from(format!("study-{}", plan.title)));
-    let store = Store::open(&folder)?;
+    let accepted = if args.foreign_results { Accepted::Any } else { Accepted::Sealed };
+    let store = Store::open(&folder, seal_key()?, accepted)?;
     let watcher = Terminal::new(termination);
     let mut workers = workers(args, &watcher)?;
     let answer = conduct(&plan, &store, &mut *workers, &watcher)?;
@@ -133,7 +143,22 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     }
     let is_known = answer.variants.first().is_some_and(|variant| variant.knee.is_some());
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
-    Ok(if is_known && contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
+    let is_whole = is_known && contacts == 0 && !answer.has_failures();
+    Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
+}
+
+/// Returns the key of this user's results. A user without a home folder, or with one that can't be
+/// used, gets a key for this process: then no later study knows its results.
+fn seal_key() -> Result<Key, Failure> {
+    let Some(path) = user_files::path("study.key") else { return Ok(Key::random()?) };
+    match Key::of_file(&path) {
+        Ok(key) => Ok(key),
+        Err(error) => {
+            let path = path.display();
+            regatta_plugin::tell!("{path}: {error}: a later study does all runs again");
+            Ok(Key::random()?)
+        }
+    }
 }
 
 fn conduct(

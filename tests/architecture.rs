@@ -307,6 +307,49 @@ fn unsafe_code_is_only_in_the_contract_and_in_the_vector_code() {
     }
 }
 
+/// Code that opens files that this program has written itself, or that the system shows.
+const OPENERS: [&str; 11] = [
+    "engine/base/src/file.rs",
+    "engine/src/fleet/graph_size.rs",
+    "plugins/api/src",
+    "plugins/kit/src/csv_file.rs",
+    "plugins/record/src/sink",
+    "plugins/udp/src/socket.rs",
+    "src/experiment.rs",
+    "src/experiment/report.rs",
+    "src/lockstep_run.rs",
+    "viewer/src/bench.rs",
+    "viewer/src/picture.rs",
+];
+
+#[test]
+fn files_that_somebody_names_are_opened_by_one_module() {
+    let calls = ["File::open(", "fs::read(", "fs::read_to_string("];
+    for path in sources(root()) {
+        let relative =
+            path.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
+        let is_test = relative.contains("tests/") || relative.ends_with("tests.rs");
+        let is_other = ["bench/", "examples/", "build.rs", "/examples/", "/build.rs"]
+            .iter()
+            .any(|place| relative.starts_with(place) || relative.contains(place));
+        if is_test || is_other || OPENERS.iter().any(|place| relative.starts_with(place)) {
+            continue;
+        }
+        let text = fs::read_to_string(&path).expect("readable");
+        let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        for line in lines {
+            let is_opened = calls.iter().any(|call| begins_with_call(line, call));
+            assert!(!is_opened, "{relative}: open it by regatta_base::file: {}", line.trim());
+        }
+    }
+}
+
+/// Whether a line calls a function, and not one whose name ends like it.
+fn begins_with_call(line: &str, call: &str) -> bool {
+    line.match_indices(call).any(|(at, _)| !line[..at].ends_with(char::is_alphanumeric))
+}
+
 fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }

@@ -6,15 +6,14 @@ use regatta_study::plan::Plan;
 use regatta_study::store::Store;
 
 use crate::failure::Failure;
-use crate::output::{Force, unwritable, write_file};
+use crate::output::{unwritable, write_inside};
 
 /// The largest number of tasks in an array: Slurm's `MaxArraySize` is 1001 unless it is set, and
 /// indices are below it. With more jobs, each task does several.
 const LARGEST_ARRAY: usize = 1000;
 
 /// Writes the runs of the first round, which any answer needs, as a job array.
-pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    let store = Store::open(folder)?;
+pub fn export(plan: &Plan, store: &Store) -> Result<(), Failure> {
     let mut ids = Vec::new();
     for variant in &plan.variants {
         let layout = store.keep_layout(&variant.layout_text())?;
@@ -26,12 +25,15 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
             }
         }
     }
-    let list = folder.join("jobs.txt");
-    write_file(&list, (ids.join("\n") + "\n").as_bytes(), Force { force: true })?;
+    for doubt in store.take_doubts() {
+        regatta_plugin::tell!("{doubt}");
+    }
+    let folder = store.folder();
+    write_inside(&folder.join("jobs.txt"), (ids.join("\n") + "\n").as_bytes())?;
     let tasks = ids.len().min(LARGEST_ARRAY);
     let script = include_str!("job-array.sh").replace("@TASKS@", &tasks.to_string());
     let path = folder.join("run.sh");
-    write_file(&path, script.as_bytes(), Force { force: true })?;
+    write_inside(&path, script.as_bytes())?;
     make_executable(&path).map_err(|error| unwritable(&path, &error))?;
     let folder = folder.display();
     println!(

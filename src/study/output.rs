@@ -9,7 +9,7 @@ use regatta_study::plan::{Plan, Variant};
 use regatta_study::store::Store;
 
 use crate::failure::Failure;
-use crate::output::{Force, write_file};
+use crate::output::write_inside;
 
 /// Writes the answer into the folder of the study, and prints it.
 pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failure> {
@@ -26,7 +26,7 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
         }
     }
     for (name, bytes) in files {
-        write_file(&folder.join(name), &bytes, Force { force: true })?;
+        write_inside(&folder.join(name), &bytes)?;
     }
     for block in &blocks {
         if let Block::Answer(text) | Block::Caveat(text) = block {
@@ -46,8 +46,13 @@ pub fn record(plan: &Plan, store: &Store, answer: &Answer) -> Result<(), Failure
     let layout = store.keep_layout(&variant.layout_text())?;
     let job = variant.job(&layout, knee.robots, 1, plan.time, &plan.program);
     let file = store.folder().join(format!("knee-{}-robots.mcap", knee.robots));
+    if file.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(format!("{}: no regular file: remove it", file.display()).into());
+    }
+    store.keep_job(&job)?;
     let mut command = Command::new(std::env::current_exe()?);
-    command.arg("study-run").arg(store.job_file(&job.id())).arg("--record").arg(&file);
+    command.arg("study-run").arg("--trust").arg(store.job_file(&job.id()));
+    command.arg("--record").arg(&file);
     let status = command.status()?;
     if !status.success() {
         return Err(format!("{}: the recording failed", file.display()).into());

@@ -1,22 +1,22 @@
 //! The plan of a study, from a command line and a study file.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
 use clap::ValueEnum;
+use regatta_base::file;
 use regatta_fleet_manager::PlannerKind;
-use regatta_layout::ReadOptions;
+use regatta_layout::{MAX_FILE_BYTES, ReadOptions};
 use regatta_scenario::document;
 use regatta_study::plan::{
-    Axis, Plan, Precision, Robots, RunTime, Setting, StudyFile, Variant, is_study,
+    Axis, FLEET_MANAGER, Plan, Precision, Robots, RunTime, Setting, StudyFile, Variant, is_study,
 };
 use serde_json::Value;
 
 use super::StudyArgs;
 use crate::arguments::Time;
 use crate::failure::Failure;
-use crate::version;
+use crate::{trust, version};
 
 /// The shortest and the longest run, in seconds.
 const RUN_SECS: std::ops::RangeInclusive<u64> = 120..=7 * 24 * 3600;
@@ -26,7 +26,7 @@ const DEFAULT_RELIEFS: usize = 3;
 /// Makes the plan of the command line, and of the study file if there is one.
 pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let path = &args.plant;
-    let text = fs::read(path)
+    let text = file::read(path, MAX_FILE_BYTES)
         .map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
     let text = String::from_utf8_lossy(&text);
     let file: Option<StudyFile> = if is_study(&text) { Some(document(&text, path)?) } else { None };
@@ -46,6 +46,7 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let mut axes = file.as_ref().map_or_else(|| Ok(Vec::new()), StudyFile::axes)?;
     // The command line overrides the file.
     axes.retain(|axis| args.vary.iter().all(|other| other.setting != axis.setting));
+    trust::require(&path.display().to_string(), path.parent(), &programs(&axes), args.trust)?;
     axes.extend(args.vary.iter().cloned());
     Ok(Plan {
         title,
@@ -56,6 +57,13 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
         program: version::short(),
         variants: variants(&plant, &checked(axes)?, args, &options)?,
     })
+}
+
+/// Returns the managers of a study file that are programs.
+fn programs(axes: &[Axis]) -> Vec<String> {
+    let managers = axes.iter().filter(|axis| axis.setting == Setting::Manager);
+    let commands = managers.flat_map(|axis| &axis.values).filter_map(Value::as_str);
+    commands.filter(|command| *command != FLEET_MANAGER).map(str::to_owned).collect()
 }
 
 /// Returns the settings in the order in which they are applied: the layout first, which others

@@ -17,14 +17,16 @@ use regatta_run::{Run, RunError};
 use regatta_scenario::{Overrides, Scenario};
 use regatta_study::job::{Job, Manager};
 use regatta_study::outcome::{EdgeOutcome, LastState, Outcome, Stall, edges, stalls};
-use regatta_study::workers::UNWRITABLE;
+use regatta_study::store::check_folder;
+use regatta_study::workers::{NO_ROOM, UNWRITABLE};
 use serde_json::Value;
 
 use super::observers::{Observed, Observers};
 use crate::failure::{Failure, plugin_failure, print_failure};
 use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, WriteError, findings};
-use crate::output::{Force, write_file};
+use crate::output::write_inside;
 use crate::program::Program;
+use crate::trust::{self, TrustArgs};
 use crate::version;
 
 const MANAGER: &str = "fleet-manager";
@@ -36,6 +38,8 @@ const QUEUES: &str = "queues";
 const METER: &str = "meter";
 const LAST: &str = "last";
 const VALIDATOR: &str = "validator";
+/// Words of the engine's error that there is no room for so many robots.
+const NO_ROOM_WORDS: &str = " robots fit where ";
 
 #[derive(Args)]
 pub struct StudyRunArgs {
@@ -54,29 +58,26 @@ pub struct StudyRunArgs {
     /// Run the engine, the manager and the observers as processes of their own
     #[arg(long)]
     processes: bool,
+    #[command(flatten)]
+    trust: TrustArgs,
 }
 
 /// Runs `regatta study-run`.
 pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
-    let text = fs::read_to_string(&args.job)
-        .map_err(|error| format!("{}: {error}", args.job.display()))?;
-    let job: Job = serde_json::from_str(&text)
-        .map_err(|error| format!("{}: not a job: {error}", args.job.display()))?;
-    let program = version::short();
-    if job.program != program {
-        let wanted = &job.program;
-        return Err(format!(
-            "the job is of Regatta {wanted}, and this is {program}: install the same version"
-        )
-        .into());
-    }
+    let job = Job::read(&args.job)?;
+    check_version(&job)?;
     let beside = args.job.parent().and_then(Path::parent).unwrap_or(Path::new("."));
+    require_trust(&job, beside, args)?;
     let layout =
         args.layout.clone().unwrap_or_else(|| beside.join("files").join(&job.scenario.graph));
-    let output = args
-        .output
-        .clone()
-        .unwrap_or_else(|| beside.join("results").join(format!("{}.json", job.id())));
+    let layout = job.read_layout(&layout)?;
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None => {
+            check_folder(beside)?;
+            beside.join("results").join(format!("{}.json", job.id()))
+        }
+    };
     let record = args.record.as_deref();
     let outcome = match &job.manager {
         Manager::BuiltIn(words) | Manager::Bound(words) if !args.processes => {
@@ -86,13 +87,39 @@ pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
     };
     let outcome = match outcome {
         Err(failure) if is_of_full_disk(&failure) => return Ok(unwritable(&*failure)),
+        Err(failure) if is_of_no_room(&failure) => {
+            print_failure(&*failure, false);
+            return Ok(ExitCode::from(NO_ROOM));
+        }
         outcome => outcome?,
     };
-    let text = serde_json::to_string(&outcome)?;
-    match write_file(&output, text.as_bytes(), Force { force: true }) {
+    let text = super::seal_key()?.sealed(&serde_json::to_string(&outcome)?);
+    match write_inside(&output, text.as_bytes()) {
         Ok(()) => Ok(ExitCode::SUCCESS),
         Err(failure) => Ok(unwritable(&*failure)),
     }
+}
+
+fn check_version(job: &Job) -> Result<(), Failure> {
+    let (wanted, program) = (&job.program, version::short());
+    if *wanted == program {
+        return Ok(());
+    }
+    Err(format!("the job is of Regatta {wanted}, and this is {program}: install the same version")
+        .into())
+}
+
+/// Checks that the user trusts the folder of a job whose manager is a program.
+fn require_trust(job: &Job, folder: &Path, args: &StudyRunArgs) -> Result<(), Failure> {
+    let Manager::Command(words) = &job.manager else { return Ok(()) };
+    let (name, wishes) = (args.job.display().to_string(), [words.join(" ")]);
+    trust::require(&name, Some(folder), &wishes, args.trust)
+}
+
+/// Whether the robots of a run don't fit on its layout. The engine may be another process, whose
+/// message is all that is known.
+fn is_of_no_room(failure: &Failure) -> bool {
+    failure.to_string().contains(NO_ROOM_WORDS)
 }
 
 /// Whether a full disk is the reason of a failure, also of that of another process.
@@ -115,7 +142,7 @@ struct JobRun<'a> {
 }
 
 impl<'a> JobRun<'a> {
-    fn start(job: &'a Job, layout: &Path, record: Option<&Path>) -> Result<Self, Failure> {
+    fn start(job: &'a Job, layout: &str, record: Option<&Path>) -> Result<Self, Failure> {
         let termination = Termination::watch().map_err(plugin_failure)?;
         let mut run = Self {
             job,
@@ -149,7 +176,7 @@ impl<'a> JobRun<'a> {
         is_judged(self.job)
     }
 
-    fn write_scenario(&self, layout: &Path) -> Result<PathBuf, Failure> {
+    fn write_scenario(&self, layout: &str) -> Result<PathBuf, Failure> {
         write_scenario(self.job, layout, self.run.folder())
     }
 
@@ -241,13 +268,12 @@ fn is_judged(job: &Job) -> bool {
     !matches!(job.manager, Manager::Bound(_))
 }
 
-/// Writes the scenario of a job into a folder.
-fn write_scenario(job: &Job, layout: &Path, folder: &Path) -> Result<PathBuf, Failure> {
-    let mut job = job.clone();
-    job.scenario.graph = std::path::absolute(layout)?.to_string_lossy().into_owned();
+/// Writes the scenario of a job and its layout into a folder.
+fn write_scenario(job: &Job, layout: &str, folder: &Path) -> Result<PathBuf, Failure> {
     let path = folder.join("scenario.yaml");
     // JSON is YAML, too.
     fs::write(&path, job.scenario_text())
+        .and_then(|()| fs::write(folder.join(&job.scenario.graph), layout))
         .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
     Ok(path)
 }
@@ -291,7 +317,7 @@ impl Judged {
 fn run_in_process(
     job: &Job,
     words: &[String],
-    layout: &Path,
+    layout: &str,
     record: Option<&Path>,
 ) -> Result<Outcome, Failure> {
     let (started, termination) = (Instant::now(), Termination::watch().map_err(plugin_failure)?);

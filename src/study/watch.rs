@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use regatta_plugin::Termination;
 use regatta_study::conduct::Watcher;
+use regatta_study::workers::RunFailure;
 
 /// The time between two lines where standard error isn't a terminal.
 const LINE_TIME: Duration = Duration::from_secs(15);
@@ -91,6 +92,16 @@ impl Terminal {
     }
 }
 
+impl Terminal {
+    /// Writes a line above the bar.
+    fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| regatta_plugin::tell!("{line}")),
+            None => regatta_plugin::tell!("{line}"),
+        }
+    }
+}
+
 impl Watcher for Terminal {
     fn is_interrupted(&self) -> bool {
         self.termination.requested()
@@ -114,15 +125,15 @@ impl Watcher for Terminal {
         self.tell();
     }
 
-    fn fail(&self, run: &str, failure: &str) {
+    fn fail(&self, run: &str, failure: &RunFailure) {
         // Many runs mostly fail for the same reason.
-        if !self.failures.borrow_mut().insert(failure.to_owned()) {
-            return;
+        if self.failures.borrow_mut().insert(failure.to_string()) {
+            self.say(&format!("{run} failed: {failure}"));
         }
-        match &self.bar {
-            Some(bar) => bar.suspend(|| regatta_plugin::tell!("{run} failed: {failure}")),
-            None => regatta_plugin::tell!("{run} failed: {failure}"),
-        }
+    }
+
+    fn doubt(&self, line: &str) {
+        self.say(line);
     }
 }
 

@@ -10,6 +10,7 @@ use crate::outcome::{EdgeOutcome, Stall};
 use crate::plan::{Plan, Precision, Variant};
 use crate::statistics::Interval;
 use crate::sweep::{Curve, Known, Point, Run};
+use crate::workers::RunFailure;
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
 #[derive(Clone, Debug, Serialize)]
@@ -72,8 +73,10 @@ pub struct VariantAnswer {
     pub points: Vec<PointAnswer>,
     /// The knee.
     pub knee: Option<KneeAnswer>,
-    /// Numbers of robots whose runs failed, with the reasons.
+    /// Numbers of robots of which a run failed, with the reasons.
     pub failed: Vec<(u32, String)>,
+    /// Numbers of robots that don't fit on the layout, with the reasons.
+    pub no_room: Vec<(u32, String)>,
     /// Contacts in all runs; 0 unless the manager is wrong.
     pub contacts: u64,
     /// Orders that waited for a long time, in all runs.
@@ -179,8 +182,8 @@ impl Answer {
         let variants: Vec<VariantAnswer> = plan
             .variants
             .iter()
-            .zip(curves)
-            .map(|(variant, curve)| VariantAnswer::new(variant, curve))
+            .zip(curves.iter().zip(known))
+            .map(|(variant, (curve, known))| VariantAnswer::new(variant, curve, known))
             .collect();
         let mut comparisons = Vec::new();
         if let Some((base, others)) = known.split_first() {
@@ -192,16 +195,32 @@ impl Answer {
         let certificate = plan.variants.first().map(certificate).unwrap_or_default();
         Self { title, program, method, certificate, variants, comparisons, bottlenecks, edges }
     }
+
+    /// Whether a run failed, so that a part of the answer is missing or less precise. Robots that
+    /// don't fit on the layout are an answer.
+    pub fn has_failures(&self) -> bool {
+        self.variants.iter().any(|variant| !variant.failed.is_empty())
+            || self.bottlenecks.iter().any(|bottleneck| bottleneck.failure.is_some())
+    }
 }
 
 impl VariantAnswer {
     /// Returns the failure of the runs if none of them has succeeded.
     pub fn failure(&self) -> Option<&str> {
-        let reason = self.failed.first().map(|(_, reason)| reason.as_str());
+        let mut reasons = self.failed.iter().chain(&self.no_room);
+        let reason = reasons.next().map(|(_, reason)| reason.as_str());
         reason.filter(|_| self.points.is_empty())
     }
 
-    fn new(variant: &Variant, curve: &Curve) -> Self {
+    fn new(variant: &Variant, curve: &Curve, known: &Known) -> Self {
+        let (mut failed, mut no_room) = (BTreeMap::new(), BTreeMap::new());
+        for ((robots, _), run) in known {
+            match run {
+                Err(RunFailure::Failed(reason)) => failed.entry(*robots).or_insert(reason),
+                Err(RunFailure::NoRoom(reason)) => no_room.entry(*robots).or_insert(reason),
+                Ok(_) => continue,
+            };
+        }
         let points: Vec<PointAnswer> = curve.points.iter().map(PointAnswer::new).collect();
         let knee = curve.knee.and_then(|index| {
             let point = &curve.points[index];
@@ -230,7 +249,8 @@ impl VariantAnswer {
             other_findings: sums(points.iter().map(|point| &point.other_findings)),
             points,
             knee,
-            failed: curve.failed.clone(),
+            failed: failed.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
+            no_room: no_room.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
         }
     }
 }

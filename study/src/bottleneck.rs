@@ -37,6 +37,9 @@ pub struct Bottleneck {
     pub remedy: Option<Remedy>,
     /// The effect of the remedy, if it was tried.
     pub relief: Option<Relief>,
+    /// The failure of a run with the remedy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
 }
 
 /// A change of the layout that may relieve a bottleneck.
@@ -82,6 +85,7 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
                 share: sum / total,
                 remedy: remedy(variant, node, &waited, edges),
                 relief: None,
+                failure: None,
             }
         })
         .collect();

@@ -11,7 +11,7 @@ use crate::outcome::Measured;
 use crate::plan::{Plan, PlanError, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
 use crate::sweep::{self, Curve, Known, Run, RunResult, Step};
-use crate::workers::{Report, Task, Workers, WorkersError};
+use crate::workers::{Report, RunFailure, Task, Workers, WorkersError};
 
 /// The observer of a study.
 pub trait Watcher {
@@ -22,7 +22,9 @@ pub trait Watcher {
     /// Called when a run of the round has ended.
     fn end(&self);
     /// Called when a run has failed, with a description of it and its failure.
-    fn fail(&self, run: &str, failure: &str);
+    fn fail(&self, run: &str, failure: &RunFailure);
+    /// Called when a file of the study's folder isn't used as it is, with its path and the reason.
+    fn doubt(&self, line: &str);
 }
 
 /// The error of a study.
@@ -39,7 +41,7 @@ pub enum StudyError {
     Plan(#[from] PlanError),
     /// No run of the first variant has succeeded.
     #[error("no run has succeeded: {0}")]
-    AllFailed(String),
+    AllFailed(RunFailure),
 }
 
 /// A study under way.
@@ -84,7 +86,8 @@ impl<'a> Conductor<'a> {
         let mut experiments = self.experiments(&plan.variants)?;
         let curves = self.sweep(&mut experiments)?;
         let [first, ..] = &curves[..] else {
-            return Err(StudyError::AllFailed("the plan has no variants".to_owned()));
+            let reason = "the plan has no variants".to_owned();
+            return Err(StudyError::AllFailed(RunFailure::Failed(reason)));
         };
         let Some(knee) = first.knee else {
             if let (Some((_, reason)), true) = (first.failed.first(), first.points.is_empty()) {
@@ -105,6 +108,7 @@ impl<'a> Conductor<'a> {
         self.relieve(&experiments[0], &mut found, robots, seeds)?;
         let known: Vec<Known> =
             experiments.into_iter().map(|experiment| experiment.known).collect();
+        self.tell_doubts();
         Ok(Answer::new(plan, &curves, &known, found, edges))
     }
 
@@ -164,6 +168,8 @@ impl<'a> Conductor<'a> {
         for (bottleneck, experiment) in tried.into_iter().zip(&experiments) {
             let difference = Difference::of(&base.known, &experiment.known, robots);
             bottleneck.relief = difference.map(|difference| Relief { difference });
+            let failure = experiment.known.values().find_map(|run| run.as_ref().err());
+            bottleneck.failure = failure.map(ToString::to_string);
         }
         Ok(())
     }
@@ -204,6 +210,7 @@ impl<'a> Conductor<'a> {
             let layout = self.store.files().join(&experiment.layout);
             tasks.push(Task { id, job, layout, result });
         }
+        self.tell_doubts();
         if !tasks.is_empty() {
             self.watcher.begin(tasks.len(), self.workers.size());
         }
@@ -230,13 +237,13 @@ impl<'a> Conductor<'a> {
         variant: &Variant,
         id: &JobId,
         run: Run,
-        failure: Option<String>,
+        failure: Option<RunFailure>,
     ) -> Result<RunResult, StudyError> {
         let failure = match failure {
             Some(failure) => failure,
             None => match self.take_result(variant, id, run)? {
                 Some(measured) => return Ok(Ok(measured)),
-                None => "it left no result".to_owned(),
+                None => RunFailure::Failed("it left no result".to_owned()),
             },
         };
         self.watcher.fail(&describe(variant, run), &failure);
@@ -248,12 +255,11 @@ impl<'a> Conductor<'a> {
         &self,
         variant: &Variant,
         id: &JobId,
-        run: Run,
+        (robots, seed): Run,
     ) -> Result<Option<Measured>, StudyError> {
-        match self.store.measured(id)? {
-            None => self.take_result(variant, id, run),
-            measured => Ok(measured),
-        }
+        let command = &command(id);
+        let label = Label { variant: &variant.name, robots, seed, command };
+        Ok(self.store.finished(id, &label)?)
     }
 
     fn take_result(
@@ -262,11 +268,21 @@ impl<'a> Conductor<'a> {
         id: &JobId,
         (robots, seed): Run,
     ) -> Result<Option<Measured>, StudyError> {
-        // In the study's folder.
-        let command = &format!("regatta study-run jobs/{id}.json");
+        let command = &command(id);
         let label = Label { variant: &variant.name, robots, seed, command };
         Ok(self.store.take_result(id, &label)?)
     }
+
+    fn tell_doubts(&self) {
+        for doubt in self.store.take_doubts() {
+            self.watcher.doubt(&doubt);
+        }
+    }
+}
+
+/// Returns the command that repeats a run, in the study's folder.
+fn command(id: &JobId) -> String {
+    format!("regatta study-run jobs/{id}.json")
 }
 
 /// Returns the runs of some experiments with a number of robots, with the seeds from 1 on.

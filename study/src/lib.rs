@@ -1,9 +1,10 @@
 //! Study: many runs of a plant, one answer.
 //!
 //! A [`plan`] makes [`job`]s: self-contained files that [`workers`] turn into [`outcome`]s on any
-//! machine. The [`store`] keeps them. The [`sweep`] selects the next jobs by the outcomes so far,
-//! and [`conduct`] drives it. The [`answer`] summarises the outcomes by [`statistics`] and
-//! [`bottleneck`]s, with the [`certificate`] of the layout, and the [`page`] shows it.
+//! machine. The [`store`] keeps them, with a [`seal`] on each result. The [`sweep`] selects the next
+//! jobs by the outcomes so far, and [`conduct`] drives it. The [`answer`] summarises the outcomes by
+//! [`statistics`] and [`bottleneck`]s, with the [`certificate`] of the layout, and the [`page`]
+//! shows it.
 //!
 //! The next jobs depend on finished rounds alone, never on the order in which runs end, so the same
 //! study gives the same answer on any machine.
@@ -16,6 +17,7 @@ pub mod job;
 pub mod outcome;
 pub mod page;
 pub mod plan;
+pub mod seal;
 pub mod statistics;
 pub mod store;
 pub mod sweep;

@@ -140,6 +140,8 @@ pub struct Measured {
     pub wall_secs: f64,
 }
 
+/// The most periods of a run: those of a week, of a second each.
+const MOST_PERIODS: f64 = 604_800.0;
 /// The validator's names for contacts, and for orders that waited for a long time.
 const CONTACT: &str = "contact";
 const UNSERVED: &str = "unserved";
@@ -158,6 +160,12 @@ impl Outcome {
     /// The number of the validator's findings of a kind.
     fn count(&self, kind: &str) -> u64 {
         self.findings.get(kind).copied().unwrap_or(0)
+    }
+
+    /// Whether the periods of the figures can be added up: a result may come from anywhere.
+    pub fn is_plausible(&self) -> bool {
+        let periods = self.figures.secs / self.figures.period_secs;
+        self.figures.period_secs > 0.0 && (0.0..=MOST_PERIODS).contains(&periods)
     }
 
     /// Returns the figures after the warm-up, whose end the series of finished orders determines.

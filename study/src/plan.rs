@@ -14,7 +14,7 @@ pub use scenario::{
     Breakdowns, Disturbances, Load, RobotGroup, RobotType, Routes, RunScenario, Setup,
 };
 pub use setting::{Axis, ParseAxisError, Setting};
-pub use variant::{RunTime, Variant};
+pub use variant::{FLEET_MANAGER, RunTime, Variant};
 
 use regatta_layout::{ChangeError, GraphError};
 use regatta_scenario::ScenarioError;

@@ -2,34 +2,47 @@
 //! figures of all finished runs.
 //!
 //! ```text
-//! study.sqlite          a row per finished run
+//! study.sqlite          a row per finished run, for other programs: it is written, and never read
 //! files/HASH.yaml       layouts, by the hashes of their content
 //! jobs/ID.json          the job of a run
-//! results/ID.json       its outcome
+//! results/ID.json       its outcome, with a seal
 //! ```
 //!
 //! A result exists as a whole or not at all. A study that was killed continues: a run that has a
-//! row or a result isn't done again.
+//! result isn't done again.
+//!
+//! The folder may come from somebody else, or may have been changed. Jobs and layouts follow from
+//! the plant: each is compared with what the study would write, and written anew if it differs. A
+//! result counts only with the [seal](crate::seal) of this user; any other is removed, told as a
+//! doubt, and its run is done again.
 
+mod folder;
+
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use rusqlite::{Connection, OptionalExtension, params};
+use regatta_base::file;
+use rusqlite::{Connection, params};
 
-use crate::job::{Job, JobId, content_hash};
+pub use self::folder::{Unsafe, check_folder};
+use crate::job::{Job, JobId, layout_name};
 use crate::outcome::{EdgeOutcome, Measured, Outcome};
-
-/// The version of the tables.
-const VERSION: i64 = 4;
+use crate::seal::Key;
 
 const TABLES: &str = "
-CREATE TABLE IF NOT EXISTS runs (
+CREATE TABLE runs (
     id TEXT PRIMARY KEY, variant TEXT NOT NULL, robots INTEGER NOT NULL, seed INTEGER NOT NULL, command TEXT NOT NULL,
     digest TEXT NOT NULL, orders_per_hour REAL NOT NULL, wall_secs REAL NOT NULL, measured TEXT NOT NULL
 ) STRICT;
+PRAGMA user_version = 4;
 ";
+const DATABASE: &str = "study.sqlite";
+const RESULTS: &str = "results";
+/// The size of the largest file that is compared or read: a result lists all orders of a run.
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// The error of a store.
 #[derive(Debug, thiserror::Error)]
@@ -53,14 +66,18 @@ pub enum StoreError {
         /// The reason.
         reason: rusqlite::Error,
     },
-    /// The file is of another version of Regatta.
-    #[error("{}: a study of another version ({found}); give another folder", path.display())]
-    Version {
-        /// The file.
-        path: PathBuf,
-        /// Its version.
-        found: i64,
-    },
+    /// The folder may not be used.
+    #[error(transparent)]
+    Unsafe(#[from] Unsafe),
+}
+
+/// The results that a study accepts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accepted {
+    /// Those with the seal of this user.
+    Sealed,
+    /// Those of other users and machines, too.
+    Any,
 }
 
 /// The columns of a row beside the figures of the run.
@@ -81,24 +98,47 @@ pub struct Label<'a> {
 pub struct Store {
     folder: PathBuf,
     database: Connection,
+    key: Key,
+    accepted: Accepted,
+    /// The files that weren't used as they were, one line each.
+    doubts: RefCell<Vec<String>>,
 }
 
 impl Store {
     /// Opens the store in a folder, which is made if it doesn't exist.
     ///
     /// # Errors
-    /// [`StoreError`] if the folder can't be used.
-    pub fn open(folder: &Path) -> Result<Self, StoreError> {
-        for name in ["jobs", "results", "files"] {
+    /// [`StoreError`] if the folder can't be used, or belongs to another user.
+    pub fn open(folder: &Path, key: Key, accepted: Accepted) -> Result<Self, StoreError> {
+        for name in ["jobs", RESULTS, "files"] {
             let path = folder.join(name);
             fs::create_dir_all(&path).map_err(|reason| StoreError::Write { path, reason })?;
         }
-        let path = folder.join("study.sqlite");
-        match open_database(&path) {
-            Ok((database, 0 | VERSION)) => Ok(Self { folder: folder.to_owned(), database }),
-            Ok((_, found)) => Err(StoreError::Version { path, found }),
-            Err(reason) => Err(StoreError::Database { path, reason }),
+        check_folder(folder)?;
+        let path = folder.join(DATABASE);
+        for ending in ["", "-journal", "-wal", "-shm"] {
+            let path = folder.join(format!("{DATABASE}{ending}"));
+            match fs::remove_file(&path) {
+                Err(reason) if reason.kind() != ErrorKind::NotFound => {
+                    return Err(StoreError::Write { path, reason });
+                }
+                _ => {}
+            }
         }
+        let database = Connection::open(&path).and_then(|database| {
+            // It can be made again from the results.
+            database.pragma_update(None, "synchronous", "OFF")?;
+            database.execute_batch(TABLES)?;
+            Ok(database)
+        });
+        let database = database.map_err(|reason| StoreError::Database { path, reason })?;
+        let (folder, doubts) = (folder.to_owned(), RefCell::default());
+        Ok(Self { folder, database, key, accepted, doubts })
+    }
+
+    /// Takes the files that weren't used as they were: lines for the user.
+    pub fn take_doubts(&self) -> Vec<String> {
+        self.doubts.take()
     }
 
     /// Returns the folder.
@@ -118,7 +158,7 @@ impl Store {
 
     /// Returns the file of a job's result.
     pub fn result_file(&self, id: &JobId) -> PathBuf {
-        self.folder.join("results").join(format!("{id}.json"))
+        self.folder.join(RESULTS).join(format!("{id}.json"))
     }
 
     /// Keeps a layout, and returns the name of its file.
@@ -126,8 +166,8 @@ impl Store {
     /// # Errors
     /// [`StoreError::Write`].
     pub fn keep_layout(&self, text: &str) -> Result<String, StoreError> {
-        let name = format!("{}.yaml", content_hash(text.as_bytes()));
-        write_whole(&self.files().join(&name), text.as_bytes())?;
+        let name = layout_name(text);
+        self.keep(&self.files().join(&name), text)?;
         Ok(name)
     }
 
@@ -136,34 +176,61 @@ impl Store {
     /// # Errors
     /// [`StoreError::Write`].
     pub fn keep_job(&self, job: &Job) -> Result<(), StoreError> {
-        write_whole(&self.job_file(&job.id()), job.text().as_bytes())
+        self.keep(&self.job_file(&job.id()), &job.text())
     }
 
-    /// Returns the figures of a finished run.
-    ///
-    /// # Errors
-    /// [`StoreError::Database`].
-    pub fn measured(&self, id: &JobId) -> Result<Option<Measured>, StoreError> {
-        let text: Option<String> = self
-            .database
-            .query_row("SELECT measured FROM runs WHERE id = ?1", [id.as_str()], |row| row.get(0))
-            .optional()
-            .map_err(|reason| self.failed(reason))?;
-        // A row that can't be read is of another version, and its run is done again.
-        Ok(text.and_then(|text| serde_json::from_str(&text).ok()))
+    /// Writes a file that is named by its content, unless it is there as it should be.
+    fn keep(&self, path: &Path, text: &str) -> Result<(), StoreError> {
+        match file::read(path, MAX_FILE_BYTES) {
+            Ok(bytes) if bytes == text.as_bytes() => return Ok(()),
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            _ => self.doubt(path, "it was changed, and is written anew"),
+        }
+        write_whole(path, text.as_bytes())
     }
 
-    /// Takes the result file of a run into the database, and returns its figures; `None` if there
-    /// is no valid one.
+    /// Returns the figures of a run that was done before, and keeps them in the database; `None` if
+    /// it has no result. A doubtful one is removed.
     ///
     /// # Errors
-    /// [`StoreError::Database`].
+    /// [`StoreError`].
+    pub fn finished(&self, id: &JobId, label: &Label<'_>) -> Result<Option<Measured>, StoreError> {
+        let path = self.result_file(id);
+        let (outcome, seal) = match self.read_result(id, self.accepted) {
+            Ok(result) => result,
+            Err(Doubt::Missing) => return Ok(None),
+            Err(doubt) => {
+                self.doubt(&path, &format!("{doubt}: its run is done again"));
+                // What can't be removed can't be replaced either, which the run will tell.
+                let _ = fs::remove_file(&path);
+                return Ok(None);
+            }
+        };
+        self.keep_seal(&outcome, seal)?;
+        self.keep_figures(id, label, &outcome).map(Some)
+    }
+
+    /// Takes the result that a worker of this study has just written, seals it, and returns its
+    /// figures; `None` if there is no valid one.
+    ///
+    /// # Errors
+    /// [`StoreError`].
     pub fn take_result(
         &self,
         id: &JobId,
         label: &Label<'_>,
     ) -> Result<Option<Measured>, StoreError> {
-        let Some(outcome) = self.outcome(id) else { return Ok(None) };
+        let Ok((outcome, seal)) = self.read_result(id, Accepted::Any) else { return Ok(None) };
+        self.keep_seal(&outcome, seal)?;
+        self.keep_figures(id, label, &outcome).map(Some)
+    }
+
+    fn keep_figures(
+        &self,
+        id: &JobId,
+        label: &Label<'_>,
+        outcome: &Outcome,
+    ) -> Result<Measured, StoreError> {
         let measured = outcome.measured();
         let text = serde_json::to_string(&measured).unwrap_or_default();
         let Label { variant, robots, seed, command } = label;
@@ -183,12 +250,13 @@ impl Store {
                 ],
             )
             .map_err(|reason| self.failed(reason))?;
-        Ok(Some(measured))
+        Ok(measured)
     }
 
     /// Returns the edges of some finished runs: the means of their figures.
     pub fn edges(&self, ids: &[JobId]) -> Vec<EdgeOutcome> {
-        let outcomes: Vec<Outcome> = ids.iter().filter_map(|id| self.outcome(id)).collect();
+        let read = ids.iter().filter_map(|id| self.read_result(id, Accepted::Sealed).ok());
+        let outcomes: Vec<Outcome> = read.map(|(outcome, _)| outcome).collect();
         let mut sums: BTreeMap<u32, EdgeOutcome> = BTreeMap::new();
         for edge in outcomes.iter().flat_map(|outcome| &outcome.edges) {
             let sum = sums.entry(edge.edge).or_insert(EdgeOutcome::new(edge.edge));
@@ -205,37 +273,80 @@ impl Store {
         sums.into_values().collect()
     }
 
-    /// Reads the result of a run; `None` if there is none, or it isn't one of this job.
-    fn outcome(&self, id: &JobId) -> Option<Outcome> {
-        let text = fs::read_to_string(self.result_file(id)).ok()?;
-        serde_json::from_str::<Outcome>(&text).ok().filter(|outcome| outcome.job == *id)
+    /// Reads the result of a run, and tells whether it has this user's seal.
+    fn read_result(&self, id: &JobId, accepted: Accepted) -> Result<(Outcome, Seal), Doubt> {
+        let path = self.result_file(id);
+        let text = match file::read_text(&path, MAX_FILE_BYTES) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Err(Doubt::Missing),
+            Err(reason) => return Err(Doubt::Unreadable(reason)),
+        };
+        let seal = if self.key.has_sealed(&text) { Seal::Own } else { Seal::Missing };
+        if (seal, accepted) == (Seal::Missing, Accepted::Sealed) {
+            return Err(Doubt::Unsealed);
+        }
+        let outcome: Outcome = serde_json::from_str(&text).map_err(|_| Doubt::NoOutcome)?;
+        if !outcome.is_plausible() {
+            return Err(Doubt::NoOutcome);
+        }
+        if outcome.job != *id {
+            return Err(Doubt::OfAnotherJob);
+        }
+        Ok((outcome, seal))
+    }
+
+    /// Seals a result that is accepted without a seal.
+    fn keep_seal(&self, outcome: &Outcome, seal: Seal) -> Result<(), StoreError> {
+        if seal == Seal::Own {
+            return Ok(());
+        }
+        // There is nothing in it that JSON can't hold.
+        let text = serde_json::to_string(outcome).unwrap_or_default();
+        write_whole(&self.result_file(&outcome.job), self.key.sealed(&text).as_bytes())
+    }
+
+    fn doubt(&self, path: &Path, reason: &str) {
+        self.doubts.borrow_mut().push(format!("{}: {reason}", path.display()));
     }
 
     fn failed(&self, reason: rusqlite::Error) -> StoreError {
-        StoreError::Database { path: self.folder.join("study.sqlite"), reason }
+        StoreError::Database { path: self.folder.join(DATABASE), reason }
     }
 }
 
-/// Opens the database, and returns the version that it had; its tables are made if that is ours.
-fn open_database(path: &Path) -> rusqlite::Result<(Connection, i64)> {
-    let database = Connection::open(path)?;
-    let found = database.query_row("PRAGMA user_version", [], |row| row.get(0))?;
-    if found == 0 || found == VERSION {
-        database.execute_batch(TABLES)?;
-        database.pragma_update(None, "user_version", VERSION)?;
-    }
-    Ok((database, found))
+/// Whether a result has this user's seal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Seal {
+    Own,
+    Missing,
 }
 
-/// Writes a file that appears under its name only when it is complete. A file that exists already
-/// has the same content, as its name says.
+/// The reason why a result isn't used.
+#[derive(Debug, thiserror::Error)]
+enum Doubt {
+    #[error("there is none")]
+    Missing,
+    #[error("can't be read: {0}")]
+    Unreadable(std::io::Error),
+    #[error("it was changed, or this user didn't make it")]
+    Unsealed,
+    #[error("it is no result")]
+    NoOutcome,
+    #[error("it is the result of another job")]
+    OfAnotherJob,
+}
+
+/// Writes a file that appears under its name only when it is complete, also after a crash of the
+/// system.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    if path.exists() {
-        return Ok(());
-    }
     let folder = path.parent().unwrap_or(Path::new("."));
-    let written = tempfile::NamedTempFile::new_in(folder).and_then(|mut file| {
+    let mut builder = tempfile::Builder::new();
+    // Other users may read it, as any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let written = builder.tempfile_in(folder).and_then(|mut file| {
         file.write_all(bytes)?;
+        file.as_file().sync_all()?;
         Ok(file.persist(path)?)
     });
     match written {
@@ -243,3 +354,6 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         Err(reason) => Err(StoreError::Write { path: path.to_owned(), reason }),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,9 +11,10 @@ use std::collections::BTreeMap;
 use crate::outcome::Measured;
 use crate::plan::{Precision, Robots};
 use crate::statistics::{Interval, knee};
+use crate::workers::RunFailure;
 
 /// The figures of a finished run, or the reason why it failed.
-pub type RunResult = Result<Measured, String>;
+pub type RunResult = Result<Measured, RunFailure>;
 
 /// A run of a variant: the number of robots and the seed.
 pub type Run = (u32, u64);
@@ -44,7 +45,7 @@ pub struct Curve {
     /// with a stall, no knee is looked for.
     pub is_open: bool,
     /// The numbers of robots whose runs failed, with the reasons.
-    pub failed: Vec<(u32, String)>,
+    pub failed: Vec<(u32, RunFailure)>,
 }
 
 /// A number of robots and its runs.
@@ -229,8 +230,7 @@ mod tests {
                 Step::Needs(runs) => {
                     assert!(!runs.is_empty());
                     for (robots, seed) in runs {
-                        let fate =
-                            plant(robots, seed).map_or_else(Err, |orders| Ok(measured(orders)));
+                        let fate = plant(robots, seed).map(measured).map_err(RunFailure::Failed);
                         assert!(
                             known.insert((robots, seed), fate).is_none(),
                             "asked twice for {robots}, {seed}"
@@ -285,7 +285,12 @@ mod tests {
         });
         let last = curve.points.last().expect("points").robots;
         assert!((57..=60).contains(&last), "{last}");
-        assert!(curve.failed.iter().all(|(robots, reason)| *robots > 60 && reason == "60 fit"));
+        assert!(
+            curve
+                .failed
+                .iter()
+                .all(|(robots, reason)| *robots > 60 && reason.to_string() == "60 fit")
+        );
     }
 
     #[test]

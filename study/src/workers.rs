@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub use adapter::Adapter;
 pub use local::Local;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::job::JobId;
 
@@ -26,12 +26,23 @@ pub struct Task {
 }
 
 /// A worker's report on a job.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     /// The job.
     pub id: JobId,
     /// The reason why there is no result.
-    pub failure: Option<String>,
+    pub failure: Option<RunFailure>,
+}
+
+/// The reason why a run has no result.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RunFailure {
+    /// The layout has no room for so many robots, which is an answer.
+    #[error("{0}")]
+    NoRoom(String),
+    /// The run has failed, and nothing is known.
+    #[error("{0}")]
+    Failed(String),
 }
 
 /// The error of workers as a whole: no job can be done.
@@ -59,6 +70,9 @@ pub enum WorkersError {
 /// The exit code of a run whose result can't be written (`EX_IOERR` of sysexits.h). The results of
 /// other runs can't be written then, either.
 pub const UNWRITABLE: u8 = 74;
+
+/// The exit code of a run whose robots don't fit on the layout (`EX_DATAERR` of sysexits.h).
+pub const NO_ROOM: u8 = 65;
 
 /// A pool of workers.
 pub trait Workers {

@@ -268,7 +268,8 @@ fn a_plugin_that_fails_is_named_and_the_run_fails_at_its_end() {
     let path = scenario_with(&folder, &format!("robots: [{{routes: random}}]\n{plugin}"));
     let name = unique("run-broken").to_string();
     let output =
-        Process::start(regatta().args(["run", &path, "--for", "2s", "--fleet", &name])).finish();
+        Process::start(regatta().args(["run", &path, "--trust", "--for", "2s", "--fleet", &name]))
+            .finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("broken failed"), "{message}");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -306,7 +307,7 @@ fn lockstep_identifies_a_plugin_by_its_name_in_the_scenario() {
     let path = scenario_with(&folder, &format!("robots: [{{count: 5, routes: random}}]\n{plugin}"));
     let name = unique("run-lockstep").to_string();
     let args = ["run", &path, "--lockstep", "mine", "--lockstep-timeout", "50", "--fleet", &name];
-    let run = Process::start(regatta().args(args));
+    let run = Process::start(regatta().args(args).arg("--trust"));
     eventually("ticks that the plugin has reported", || {
         let output = regatta()
             .args(["status", "--json", "--fleet", &name])

@@ -19,9 +19,11 @@ pub fn graphs(file: &str) -> PathBuf {
     root().join("graphs").join(file)
 }
 
-/// Returns a command of the program, without a display so that no test opens a window by accident.
+/// Returns a command of the program, without a display so that no test opens a window by accident,
+/// and with a folder for settings that isn't the user's.
 pub fn regatta() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+    command.env("XDG_CONFIG_HOME", env!("CARGO_TARGET_TMPDIR"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
     command
 }

@@ -483,6 +483,7 @@ fn a_scenario_starts_the_recorder() {
     std::fs::write(&scenario, text + &plugin).expect("written");
     let mut command = regatta();
     command.arg("run").arg(&scenario).args([
+        "--trust",
         "--for",
         "3s",
         "--fleet",

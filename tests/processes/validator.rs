@@ -107,7 +107,7 @@ fn the_manager_keeps_a_zone_and_robots_without_one_do_not() {
              max_rotation_speed: 1}}]\nviewer: off\nrobots:\n{robots}plugins:\n{manager}- validator\n"
         );
         std::fs::write(&file, scenario).expect("written");
-        let args = ["--in-process", "--simulated", "3min"];
+        let args = ["--in-process", "--simulated", "3min", "--trust"];
         Process::start(regatta().current_dir(folder.path()).arg("run").arg(&file).args(args))
             .finish()
     };

@@ -1,5 +1,6 @@
 //! Pictures on the floor: an image, or a ROS map (`map.yaml` and the image that it refers to).
 
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use glam::Vec2;
@@ -81,9 +82,8 @@ fn limited(picture: FloorPicture, limit: u32) -> FloorPicture {
 }
 
 fn read(path: &Path) -> Result<RgbaImage, String> {
-    files::check_regular(path)?;
-    let mut reader = ImageReader::open(path)
-        .and_then(ImageReader::with_guessed_format)
+    let mut reader = ImageReader::new(BufReader::new(files::open(path)?))
+        .with_guessed_format()
         .map_err(|error| error.to_string())?;
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MAX_BYTES);
@@ -112,8 +112,7 @@ struct Map {
 
 fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
     let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
-    files::check_regular(path).map_err(failed)?;
-    let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+    let text = files::read_text(path).map_err(failed)?;
     let map = parse_map(&text).map_err(|error| failed(error.to_string()))?;
     let image = path.parent().unwrap_or(Path::new("")).join(&map.image);
     let mut pixels = read(&image).map_err(|reason| FloorPictureError { path: image, reason })?;

@@ -3,7 +3,6 @@
 
 mod gltf;
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -69,7 +68,6 @@ pub fn load(path: &Path, placement: MeshPlacement) -> Result<Mesh, MeshFileError
         .unwrap_or_default()
         .to_lowercase();
     let malformed = |reason: String| MeshFileError::Malformed { path: path.to_owned(), reason };
-    files::check_regular(path).map_err(malformed)?;
     let corners = match extension.as_str() {
         "stl" => stl(path).map_err(malformed)?,
         "obj" => obj(path).map_err(malformed)?,
@@ -110,7 +108,7 @@ fn build(corners: &[Corner], MeshPlacement { scale, z, yaw }: MeshPlacement) -> 
 }
 
 fn stl(path: &Path) -> Result<Vec<Corner>, String> {
-    let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+    let mut file = BufReader::new(files::open(path)?);
     let mesh = stl_io::read_stl(&mut file).map_err(|error| error.to_string())?;
     let mut corners = Vec::new();
     for index in mesh.faces.iter().flat_map(|face| &face.vertices) {
@@ -124,7 +122,7 @@ fn stl(path: &Path) -> Result<Vec<Corner>, String> {
 fn obj(path: &Path) -> Result<Vec<Corner>, String> {
     let options =
         tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
-    let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+    let mut file = BufReader::new(files::open(path)?);
     let folder = path.parent().unwrap_or(Path::new(""));
     let loaded = tobj::load_obj_buf(&mut file, &options, |name| obj_materials(&folder.join(name)));
     let (models, materials) = loaded.map_err(|error| error.to_string())?;
@@ -156,9 +154,7 @@ fn triple(coordinates: &[f32], index: u32) -> Option<Vec3> {
 /// Reads the materials of an OBJ file, except for colours of fewer than three parts, at which the
 /// crate `tobj` panics.
 fn obj_materials(path: &Path) -> tobj::MTLLoadResult {
-    let text = files::check_regular(path)
-        .and_then(|()| std::fs::read_to_string(path).map_err(|error| error.to_string()));
-    let text = text.map_err(|_| tobj::LoadError::OpenFileFailed)?;
+    let text = files::read_text(path).map_err(|_| tobj::LoadError::OpenFileFailed)?;
     let is_whole =
         |line: &&str| !line.trim_start().starts_with('K') || line.split_whitespace().count() > 3;
     let lines: Vec<_> = text.lines().filter(is_whole).collect();

@@ -18,8 +18,12 @@ pub fn file_of(recording: &Path) -> PathBuf {
 /// # Errors
 /// If the file can't be written.
 pub fn append(recording: &Path, time_nanos: u64, text: &str) -> io::Result<()> {
-    let mut file =
-        OpenOptions::new().read(true).append(true).create(true).open(file_of(recording))?;
+    let path = file_of(recording);
+    if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        let reason = "this is a link or a device, and not a file of notes: remove it";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    }
+    let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
     let (seconds, nanos) = (time_nanos / 1_000_000_000, time_nanos % 1_000_000_000);
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let line_end = if ends_within_a_line(&mut file)? { "\n" } else { "" };
@@ -56,6 +60,13 @@ mod tests {
         append(&recording, 4_000_000_000, "more").expect("written");
         let text = fs::read_to_string(&path).expect("notes");
         assert_eq!(text, "3 typed by hand, without an end\n4.000000000 more\n");
+        #[cfg(unix)]
+        {
+            // A recording of somebody else may come with a link to a file of the user.
+            fs::remove_file(&path).expect("removed");
+            std::os::unix::fs::symlink(folder.join("other"), &path).expect("a link");
+            assert!(append(&recording, 7, "through a link").is_err());
+        }
         fs::remove_dir_all(&folder).expect("removed");
         assert!(append(Path::new("/missing/folder/run.mcap"), 0, "a").is_err());
     }

@@ -16,6 +16,7 @@
 pub mod bezier;
 pub mod components;
 pub mod cores;
+pub mod file;
 pub mod graph;
 mod ln;
 pub mod name;

@@ -21,10 +21,14 @@
 //! text: they are names, such as `007`. Aliases are expanded; a text that grows to more than
 //! [`MAX_ENTRIES`] entries, or is nested more than [`MAX_DEPTH`] deep, is an error.
 
+mod limits;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, Tag};
+
+pub use self::limits::check_limits;
 
 /// The largest number of keys and items of a text, those of expanded aliases included. It protects
 /// against alias bombs.
@@ -84,6 +88,7 @@ pub fn parse(text: &str) -> Result<Node<'_>, Error> {
         let line = 1 + text.bytes().take(at).filter(|byte| *byte == b'\n').count();
         return Err(Error { line, reason: "control characters are not allowed".to_owned() });
     }
+    check_limits(text)?;
     let mut builder = Builder::new(text);
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|error| Error {

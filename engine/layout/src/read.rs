@@ -20,6 +20,8 @@ mod ros_map;
 
 use std::path::{Path, PathBuf};
 
+use regatta_base::yaml;
+
 pub use self::detect::is_unread;
 use self::encoding::{Doubt, SourceText};
 use self::file::{
@@ -32,9 +34,6 @@ use crate::model::format::Format;
 use crate::model::options::ReadOptions;
 use crate::model::raw::RawGraph;
 use crate::model::route_graph::RouteGraph;
-
-/// The largest depth of nested brackets.
-const MAX_DEPTH: usize = 100;
 
 impl ReadOptions {
     /// Reports the options that a format doesn't use.
@@ -123,7 +122,7 @@ fn parse_raw<'text>(
     // Only the reader of our own format reads large files part by part.
     let parts = if format == Format::Regatta { regatta::parts_of_large(text) } else { None };
     if format.is_yaml() {
-        reject_deep_nesting(text, name)?;
+        yaml::check_limits(text).map_err(|error| syntax(name, error.into()))?;
         if parts.is_none() {
             reject_many_entries(text, name)?;
         }
@@ -207,27 +206,6 @@ fn reject_many_entries(text: &str, name: &str) -> Result<(), GraphError> {
             file: name.to_owned(),
             limit: format!("{MAX_ENTRIES} entries"),
         });
-    }
-    Ok(())
-}
-
-/// Rejects deeply nested brackets.
-fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
-    let mut depth = 0usize;
-    for (at, byte) in text.bytes().enumerate() {
-        match byte {
-            b'[' | b'{' => depth += 1,
-            b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => continue,
-        }
-        if depth > MAX_DEPTH {
-            let message = format!("more than {MAX_DEPTH} nested brackets");
-            return Err(GraphError::Syntax {
-                file: name.to_owned(),
-                line: line_at(text.as_bytes(), at),
-                message,
-            });
-        }
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
+use regatta_base::yaml::{self, check_limits};
 use regatta_layout::read::moving_ai;
 use regatta_layout::{
     self as layout, FileText, FindingKind, Findings, Format, GraphError, LengthUnit, Millimetres,
@@ -25,12 +26,13 @@ impl Scenario {
     /// # Errors
     /// If either can't be read or is invalid; the message names the file, the entry and what to do.
     pub fn read(path: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
-        if path.is_dir() {
-            return Err(GraphError::Folder { file: path.into() }.into());
-        }
-        let file = std::fs::File::open(path)
-            .map_err(|source| ScenarioError::Read { path: path.into(), source })?;
-        Self::read_from(file, path, overrides)
+        let text = match layout::read_file(path) {
+            Err(GraphError::Unreadable { file, source }) => {
+                return Err(ScenarioError::Read { path: file, source });
+            }
+            text => text?,
+        };
+        Self::from_text(&text, path, overrides)
     }
 
     /// Reads a scenario from anything that can be read, and its graph from a file. `name` is the
@@ -269,8 +271,10 @@ fn first_key(line: &str) -> Option<&str> {
 /// Whether a text is a scenario, valid or not, rather than a route graph: only scenarios have the
 /// key `graph`.
 pub fn is_scenario(text: &str) -> bool {
-    serde_yaml::from_str::<BTreeMap<String, IgnoredAny>>(text)
-        .is_ok_and(|keys| keys.contains_key("graph"))
+    text.len() as u64 <= MAX_FILE_BYTES
+        && check_limits(text).is_ok()
+        && serde_yaml::from_str::<BTreeMap<String, IgnoredAny>>(text)
+            .is_ok_and(|keys| keys.contains_key("graph"))
 }
 
 /// Reads any document in YAML, or in JSON, which is YAML: a scenario as it was written, for
@@ -279,6 +283,11 @@ pub fn is_scenario(text: &str) -> bool {
 /// # Errors
 /// [`ScenarioError::Yaml`] with the line and the entry. `path` is the file that messages name.
 pub fn document<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, ScenarioError> {
+    check_limits(text).map_err(|yaml::Error { line, reason }| ScenarioError::Invalid {
+        path: path.into(),
+        place: format!("line {line}"),
+        message: reason,
+    })?;
     serde_yaml::from_str(text).map_err(|source| ScenarioError::Yaml {
         path: path.into(),
         problem: explain(&source),
@@ -289,6 +298,9 @@ pub fn document<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, Scena
 /// Whether a text is empty, or a map without any key of a scenario or a graph, not even a misspelt
 /// one.
 fn has_no_key(text: &str) -> bool {
+    if check_limits(text).is_err() {
+        return false;
+    }
     let keys = match serde_yaml::from_str::<Option<BTreeMap<String, IgnoredAny>>>(text) {
         Ok(keys) => keys.unwrap_or_default(),
         Err(_) => return false,

@@ -304,6 +304,15 @@ pub struct PluginCommand {
     pub after: Vec<String>,
 }
 
+impl PluginCommand {
+    /// Returns the command line in words: the program, or the plugin's name, and its arguments.
+    pub fn in_words(&self) -> String {
+        let name = std::slice::from_ref(&self.name);
+        let program = if self.command.is_empty() { name } else { &self.command };
+        [program, &self.args].concat().join(" ")
+    }
+}
+
 /// A leg of a route: its edge, and `-` before it in reverse gear, from destination to origin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LegKey {

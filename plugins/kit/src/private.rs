@@ -1,9 +1,10 @@
 //! Files that only this user can read: the directory of sockets, and the token with which this
 //! user's commands reach servers over TCP.
 
-use std::fs::File;
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+
+use regatta_base::file;
 
 /// The name of the directory, in that of shared memory.
 const DIRECTORY: &str = "private";
@@ -78,7 +79,8 @@ fn make_token(path: &Path) -> io::Result<()> {
 /// # Errors
 /// [`TokenError`] if it isn't a regular file, or has no token.
 pub fn read_token(path: &Path) -> Result<String, TokenError> {
-    let text = read_small(path).map_err(|error| TokenError::new(path, error))?;
+    let text =
+        file::read_text(path, MAX_TOKEN_BYTES).map_err(|error| TokenError::new(path, error))?;
     let token = text.trim();
     match token.len() >= MIN_TOKEN && token.bytes().all(|byte| byte.is_ascii_graphic()) {
         true => Ok(token.to_owned()),
@@ -86,19 +88,6 @@ pub fn read_token(path: &Path) -> Result<String, TokenError> {
             let reason = format!("it must have at least {MIN_TOKEN} visible ASCII characters");
             Err(TokenError::new(path, reason))
         }
-    }
-}
-
-/// Reads a small regular file: no device or pipe, which may have no end.
-fn read_small(path: &Path) -> io::Result<String> {
-    if !path.metadata()?.is_file() {
-        return Err(io::Error::other("it is not a regular file"));
-    }
-    let mut text = String::new();
-    let read = File::open(path)?.take(MAX_TOKEN_BYTES + 1).read_to_string(&mut text)?;
-    match read as u64 > MAX_TOKEN_BYTES {
-        true => Err(io::Error::other(format!("it has more than {MAX_TOKEN_BYTES} bytes"))),
-        false => Ok(text),
     }
 }
 

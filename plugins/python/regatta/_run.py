@@ -50,12 +50,17 @@ class RunResult:
 
 
 def run(
-    scenario: str | os.PathLike[str], simulated: float, *, robots: int | None = None, seed: int | None = None
+    scenario: str | os.PathLike[str],
+    simulated: float,
+    *,
+    robots: int | None = None,
+    seed: int | None = None,
+    trust: bool = False,
 ) -> RunResult:
     """Runs a scenario for ``simulated`` seconds, as fast as possible, and returns its figures.
 
     Engine, fleet manager and validator run in one process, which no other process sees. ``robots`` and ``seed``
-    replace those of the scenario.
+    replace those of the scenario. ``trust`` allows its plugins the files and addresses that it names.
 
     >>> regatta.run("graphs/warehouse-charging.yaml", 3600, robots=20).orders_per_hour  # doctest: +SKIP
     """
@@ -65,6 +70,7 @@ def run(
     command = [program, "run", os.fspath(scenario), "--in-process", "--json", "--simulated", f"{simulated}s"]
     command += [] if robots is None else ["--robots", str(robots)]
     command += [] if seed is None else ["--seed", str(seed)]
+    command += ["--trust"] if trust else []
     ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     # Plugins of the scenario may have printed summaries before.
     lines = ended.stdout.splitlines()

@@ -61,7 +61,7 @@ def test_a_scenario_starts_a_plugin_in_python(engine: Engine, tmp_path: Path) ->
     command = [sys.executable, str(EXAMPLES / "centre.py"), "--rate", "20"]
     plugins = json.dumps([{"name": "centre", "command": command}])
     (tmp_path / "scenario.yaml").write_text(f"{scenario}\nplugins: {plugins}\n")
-    run = engine.run(binary(), "run", tmp_path / "scenario.yaml", "--fleet", engine.name)
+    run = engine.run(binary(), "run", tmp_path / "scenario.yaml", "--trust", "--fleet", engine.name)
     eventually("the plugin prints", lambda: run.output.count(": centre (") >= 3 or None)
     # This fails if a plugin doesn't exit cleanly when it is asked to end.
     run.end()

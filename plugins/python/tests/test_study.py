@@ -205,7 +205,7 @@ class Unreliable:
     def is_lost(self) -> bool:
         return False
 
-    def submit(self, job: bytes, layout: Path, version: str) -> Future[Ended]:
+    def submit(self, job: tuple[str, bytes], layout: Path, version: str) -> Future[Ended]:
         future: Future[Ended] = Future()
         ending = self._endings.pop(0)
         if isinstance(ending, Exception):

@@ -81,6 +81,13 @@ pub(crate) const RECORD_HEADER: u64 = 9;
 /// The largest valid chunk or record, in bytes. One that claims to be larger is damaged.
 pub(crate) const MAX_RECORD: usize = 1 << 30;
 
+/// Returns the most bytes that all chunks of a file may hold, decompressed. Each message has an
+/// entry in an index that isn't compressed, so that no recording of a fleet comes near; a small file
+/// that claims more would keep its readers busy for nothing.
+pub(crate) fn most_content(file_bytes: u64) -> u64 {
+    (256 << 20) + file_bytes.saturating_mul(1000)
+}
+
 /// The position of a record in a file.
 pub(crate) struct RecordSpan {
     pub opcode: u8,

@@ -60,7 +60,8 @@ fn refusal(path: &Path, is_folder: bool, force: bool) -> Option<&'static str> {
 
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
-    File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
+    let file = regatta_base::file::open(path, u64::MAX);
+    file.and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
 }
 
 /// A folder that is removed again if nothing is written to it.

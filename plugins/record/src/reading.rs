@@ -13,7 +13,7 @@ use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{McapError, McapResult, Summary};
 
 use crate::decode::MessageError;
-use crate::mcap_file::MAX_RECORD;
+use crate::mcap_file::{MAX_RECORD, most_content};
 use crate::progress::Progress;
 use crate::scan::scan;
 use crate::schema::Topic;
@@ -46,6 +46,19 @@ pub enum ReadingError {
     NoFleet {
         /// The file.
         path: PathBuf,
+    },
+    /// The file would grow out of all proportion.
+    #[error(
+        "{path} claims to hold {content} bytes in a file of {bytes}: it isn't read, because no \
+         recording of a fleet is compressed like this"
+    )]
+    Bomb {
+        /// The file.
+        path: PathBuf,
+        /// The bytes of its chunks when they are decompressed, as the file says.
+        content: u64,
+        /// The bytes of the file.
+        bytes: u64,
     },
     /// The recording has no frames, because other topics were chosen.
     #[error("{path} has no frames: only other topics were recorded")]
@@ -84,7 +97,8 @@ impl Recording {
     /// # Errors
     /// Returns a [`ReadingError`] if the file can't be read or isn't a recording.
     pub fn open(path: &Path) -> Result<Self, ReadingError> {
-        let mut file = File::open(path).map_err(|reason| unreadable(path, reason))?;
+        let opened = regatta_base::file::open(path, u64::MAX);
+        let mut file = opened.map_err(|reason| unreadable(path, reason))?;
         let (summary, is_closed) = match summary(&mut file) {
             Ok(Some(summary)) => (summary, true),
             Err(McapError::Io(reason)) => return Err(unreadable(path, reason)),
@@ -94,6 +108,7 @@ impl Recording {
                 (scan.map_err(|reason| unreadable(path, reason))?.summary, false)
             }
         };
+        check_content(path, &file, &summary)?;
         let channels = summary.channels.iter();
         let topics: HashMap<_, _> =
             channels.filter_map(|(id, channel)| Some((*id, Topic::of_channel(channel)?))).collect();
@@ -174,6 +189,17 @@ impl Recording {
     }
 }
 
+/// Checks that the chunks of a recording aren't much larger than its file.
+fn check_content(path: &Path, file: &File, summary: &Summary) -> Result<(), ReadingError> {
+    let bytes = file.metadata().map_err(|reason| unreadable(path, reason))?.len();
+    let sizes = summary.chunk_indexes.iter().map(|chunk| chunk.uncompressed_size);
+    let content = sizes.fold(0, u64::saturating_add);
+    if content > most_content(bytes) {
+        return Err(ReadingError::Bomb { path: path.to_owned(), content, bytes });
+    }
+    Ok(())
+}
+
 fn unreadable(path: &Path, reason: io::Error) -> ReadingError {
     ReadingError::Io { path: path.to_owned(), reason }
 }
@@ -194,4 +220,38 @@ pub(crate) fn summary(file: &mut File) -> McapResult<Option<Summary>> {
         }
     }
     Ok(reader.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use mcap::records::ChunkIndex;
+
+    use super::*;
+
+    fn chunk(uncompressed_size: u64) -> ChunkIndex {
+        ChunkIndex {
+            message_start_time: 0,
+            message_end_time: 0,
+            chunk_start_offset: 8,
+            chunk_length: 100,
+            message_index_offsets: Default::default(),
+            message_index_length: 0,
+            compression: "zstd".to_owned(),
+            compressed_size: 100,
+            uncompressed_size,
+        }
+    }
+
+    #[test]
+    fn a_small_file_that_claims_to_hold_gigabytes_is_refused() {
+        let file = tempfile::tempfile().expect("a file");
+        file.set_len(262_144).expect("a length");
+        let mut summary = Summary { chunk_indexes: vec![chunk(64 << 20); 4], ..Summary::default() };
+        assert!(check_content(Path::new("a.mcap"), &file, &summary).is_ok());
+        for claims in [vec![chunk(1 << 30); 8], vec![chunk(u64::MAX); 2]] {
+            summary.chunk_indexes = claims;
+            let error = check_content(Path::new("a.mcap"), &file, &summary).expect_err("a bomb");
+            assert!(error.to_string().contains("in a file of 262144"), "{error}");
+        }
+    }
 }

@@ -91,10 +91,16 @@ impl fmt::Display for Repair {
 /// Returns a [`RepairError`] if the file can't be read or written, or isn't a recording. The file
 /// may then be shorter than before, but keeps its complete chunks.
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
+    // Opening a pipe to read and write it would succeed.
+    open(path)?;
     let mut options = OpenOptions::new();
     let mut file =
         options.read(true).write(true).open(path).map_err(|error| failed(path, error))?;
     repair_file(&mut file, path)
+}
+
+fn open(path: &Path) -> Result<File, RepairError> {
+    regatta_base::file::open(path, u64::MAX).map_err(|error| failed(path, error))
 }
 
 fn failed(path: &Path, reason: io::Error) -> RepairError {
@@ -107,7 +113,7 @@ fn failed(path: &Path, reason: io::Error) -> RepairError {
 /// Returns a [`RepairError`] as [`repair`], and also if the copy exists already and `force` is
 /// false. Nothing is left of the copy then.
 pub fn repair_copy(path: &Path, copy: &Path, force: bool) -> Result<Repair, RepairError> {
-    let mut file = File::open(path).map_err(|error| failed(path, error))?;
+    let mut file = open(path)?;
     let (draft, mut repaired) = Draft::create(copy, force).map_err(|error| failed(copy, error))?;
     copy_all(&mut file, &mut repaired).map_err(|error| failed(copy, error))?;
     let repair = repair_file(&mut repaired, path)?;

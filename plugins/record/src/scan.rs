@@ -14,7 +14,7 @@ use mcap::sans_io::{
 };
 use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary, parse_record};
 
-use crate::mcap_file::{MAX_RECORD, RECORD_HEADER, RecordSpan};
+use crate::mcap_file::{MAX_RECORD, RECORD_HEADER, RecordSpan, most_content};
 use crate::progress::Progress;
 
 /// The undamaged contents of a recording.
@@ -28,6 +28,9 @@ pub(crate) struct Scan {
     pub last_indexes: Vec<MessageIndex>,
     /// The damaged bytes before `end`.
     pub damage: Vec<Range<u64>>,
+    /// The bytes of all chunks so far, decompressed, and the most that the file may hold.
+    content: u64,
+    most_content: u64,
 }
 
 /// Scans a recording. After damage it continues at the next of the offsets in `record_starts`;
@@ -49,7 +52,7 @@ pub(crate) fn scan(
         let reason = "it doesn't start like an MCAP file";
         return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
     }
-    let mut scan = Scan::default();
+    let mut scan = Scan { most_content: most_content(length), ..Scan::default() };
     let mut end = MAGIC.len() as u64;
     loop {
         progress.report(end as f64 / length.max(1) as f64)?;
@@ -129,6 +132,10 @@ impl Scan {
         else {
             return Err(McapError::BadIndex);
         };
+        self.content = self.content.saturating_add(header.uncompressed_size);
+        if self.content > self.most_content {
+            return Err(McapError::ChunkTooLarge(header.uncompressed_size));
+        }
         let index = ChunkIndex {
             message_start_time: header.message_start_time,
             message_end_time: header.message_end_time,

@@ -187,9 +187,9 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
         blocks.push(Block::Heading(3, variant.name.clone()));
     }
     blocks.push(Block::Table(rows));
-    if let Some((robots, reason)) = variant.failed.first() {
+    if let Some((robots, reason)) = variant.no_room.first() {
         let robots = robots_in_words(*robots);
-        blocks.push(Block::Text(format!("With {robots}, runs failed: {reason}.")));
+        blocks.push(Block::Text(format!("With {robots}, there is no room: {reason}.")));
     }
     blocks
 }
@@ -302,9 +302,10 @@ fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
         Some(Remedy::Second(edge)) => format!("a second edge beside {edge}"),
         None => NONE.to_owned(),
     };
-    let relief = match &bottleneck.relief {
-        Some(Relief { difference }) => in_words(difference),
-        None => "not tried".to_owned(),
+    let relief = match (&bottleneck.relief, &bottleneck.failure) {
+        (_, Some(failure)) => format!("not known: a run failed: {failure}"),
+        (Some(Relief { difference }), None) => in_words(difference),
+        (None, None) => "not tried".to_owned(),
     };
     vec![
         rank.to_string(),

@@ -79,10 +79,11 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
 
 /// The answer if the largest number of robots carries the most.
 fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
-    match variant.failed.iter().find(|(failed, _)| *failed > robots) {
-        Some((failed, reason)) => {
-            let failed = robots_in_words(*failed);
-            format!("{count}, which {throughput}. With {failed}, runs fail: {reason}.")
+    let without_answer = variant.no_room.iter().chain(&variant.failed);
+    match without_answer.filter(|(more, _)| *more > robots).min_by_key(|(more, _)| *more) {
+        Some((more, reason)) => {
+            let more = robots_in_words(*more);
+            format!("{count}, which {throughput}. With {more}, runs fail: {reason}.")
         }
         None if variant.points.len() == 1 => {
             format!("{count} {throughput}. No other number of robots was tried.")
@@ -117,6 +118,7 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         if let Some(reason) = &variant.other_stops {
             caveats.push(format!("{name}**Other stops**: {reason}."));
         }
+        caveats.extend(failures(variant).map(|failures| format!("{name}{failures}")));
         caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
         if variant.unserved > 0 {
@@ -128,6 +130,15 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         }
     }
     caveats
+}
+
+/// Tells the runs that failed, those of the fewest robots first.
+fn failures(variant: &VariantAnswer) -> Option<String> {
+    let (robots, reason) = variant.failed.first()?;
+    let robots = robots_in_words(*robots);
+    Some(format!(
+        "**Failed runs**: with {robots}, a run failed: {reason}. The answer is without such runs."
+    ))
 }
 
 /// Tells that orders come faster than robots carry them.

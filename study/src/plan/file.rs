@@ -14,7 +14,7 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use regatta_scenario::document;
 use serde::Deserialize;
@@ -59,10 +59,15 @@ pub struct SeedsEntry {
     pub most: Option<u64>,
 }
 
+/// The size of the largest study file.
+const MAX_STUDY_BYTES: usize = 16 << 20;
+
 /// Whether a text is a study rather than a scenario or a layout. Only studies have the key `plant`.
 pub fn is_study(text: &str) -> bool {
-    let keys = document::<BTreeMap<String, IgnoredAny>>(text, std::path::Path::new(""));
-    text.contains("plant") && keys.is_ok_and(|keys| keys.contains_key("plant"))
+    // Only layouts are larger.
+    let may_be = text.len() <= MAX_STUDY_BYTES && text.contains("plant");
+    let keys = may_be.then(|| document::<BTreeMap<String, IgnoredAny>>(text, Path::new("")));
+    keys.is_some_and(|keys| keys.is_ok_and(|keys| keys.contains_key("plant")))
 }
 
 impl StudyFile {
@@ -108,8 +113,6 @@ fn part(name: &str, value: f64) -> Result<f64, PlanError> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     #[test]

@@ -14,17 +14,10 @@ use serde_json::Number;
 
 use super::PlanError;
 use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
-use crate::job::{Job, Manager};
+use crate::job::{IN_TURN, Job, Manager, OPTIONS};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
-const FLEET_MANAGER: &str = "fleet-manager";
-/// Arguments of the fleet manager that a scenario's plugin may have and a study keeps, with their
-/// values.
-const KEPT_ARGUMENTS: [&str; 2] = [PLANNER, "--seed"];
-const PLANNER: &str = "--planner";
-/// Gives orders in turn. Without it, robots pick the nearest of an endless load, and far ones are
-/// never served.
-const IN_TURN: &str = "--in-turn";
+pub const FLEET_MANAGER: &str = "fleet-manager";
 /// The engine's key of the length of a robot type, and its length and width without one, in metres.
 const LENGTH: &str = "length";
 const DEFAULT_SIZE: [f64; 2] = [0.9, 0.6];
@@ -262,7 +255,7 @@ fn kept_arguments(plugins: &[PluginEntry]) -> Vec<String> {
             continue;
         }
         for pair in plugin.args.windows(2) {
-            if KEPT_ARGUMENTS.contains(&&*pair[0]) {
+            if OPTIONS.contains(&&*pair[0]) {
                 kept.extend_from_slice(pair);
             }
         }

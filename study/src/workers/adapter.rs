@@ -2,7 +2,8 @@
 //!
 //! The adapter is a process that gets a line of JSON for each task, `{"id", "job", "layout",
 //! "result"}` with the paths of files here, and writes `{"workers": N}` once and then `{"id",
-//! "failure"}` for each task that has ended, after it has written the result's file.
+//! "failure"}` for each task that has ended, after it has written the result's file; `"no_room"`
+//! instead of `"failure"` is the reason if the robots don't fit on the layout.
 //! `regatta.study` in the Python package is one, for Dask and for Ray.
 
 use std::collections::BTreeSet;
@@ -14,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
-use super::{Report, Task, Workers, WorkersError};
+use super::{Report, RunFailure, Task, Workers, WorkersError};
 use crate::job::JobId;
 
 /// The time between two checks for lines of the adapter.
@@ -31,7 +32,22 @@ enum Message {
     /// The cluster is reached.
     Ready { workers: usize },
     /// A task has ended.
-    Ended(Report),
+    Ended(Ended),
+}
+
+/// The end of a task.
+#[derive(Debug, Deserialize)]
+struct Ended {
+    id: JobId,
+    failure: Option<String>,
+    no_room: Option<String>,
+}
+
+impl From<Ended> for Report {
+    fn from(Ended { id, failure, no_room }: Ended) -> Self {
+        let failure = failure.map(RunFailure::Failed);
+        Self { id, failure: no_room.map(RunFailure::NoRoom).or(failure) }
+    }
 }
 
 /// A running adapter.
@@ -137,10 +153,10 @@ impl Workers for Adapter {
         }
         let mut left: BTreeSet<JobId> = tasks.iter().map(|task| task.id.clone()).collect();
         while !left.is_empty() {
-            if let Some(Message::Ended(report)) = self.next(is_interrupted)?
-                && left.remove(&report.id)
+            if let Some(Message::Ended(ended)) = self.next(is_interrupted)?
+                && left.remove(&ended.id)
             {
-                on_report(report);
+                on_report(ended.into());
             }
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::{Report, Task, UNWRITABLE, Workers, WorkersError};
+use super::{NO_ROOM, Report, RunFailure, Task, UNWRITABLE, Workers, WorkersError};
 
 /// The time between two checks of the processes.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
@@ -36,6 +36,8 @@ impl Local {
         let mut command = Command::new(&self.program);
         command.arg("study-run").arg(&task.job).arg("--layout").arg(&task.layout);
         command.arg("--output").arg(&task.result).args(&self.args);
+        // The job follows from the user's own plant and options.
+        command.arg("--trust");
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }
@@ -68,7 +70,10 @@ impl Running<'_> {
         let line = line.trim_start_matches("regatta: ").to_owned();
         Some(match status.code() {
             Some(code) if code == i32::from(UNWRITABLE) => Err(WorkersError::Output(line)),
-            _ => Ok(Report { id, failure: Some(line) }),
+            Some(code) if code == i32::from(NO_ROOM) => {
+                Ok(Report { id, failure: Some(RunFailure::NoRoom(line)) })
+            }
+            _ => Ok(Report { id, failure: Some(RunFailure::Failed(line)) }),
         })
     }
 }

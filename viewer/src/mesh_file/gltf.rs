@@ -17,7 +17,7 @@ const GLB_HEADER: u32 = 12;
 
 /// Reads the triangles of a file's scene.
 pub(super) fn read(path: &Path) -> Result<Vec<Corner>, String> {
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    let bytes = files::read(path)?;
     check_length(&bytes)?;
     let Gltf { document, mut blob } =
         Gltf::from_slice_without_validation(&bytes).map_err(|error| error.to_string())?;
@@ -97,9 +97,7 @@ fn read_buffer(
             let file =
                 uri.strip_prefix("file://").or_else(|| uri.strip_prefix("file:")).unwrap_or(uri);
             let path = folder.join(decode(file)?);
-            files::check_regular(&path)
-                .and_then(|()| std::fs::read(&path).map_err(|error| error.to_string()))
-                .map_err(|reason| format!("buffer {}: {reason}", path.display()))?
+            files::read(&path).map_err(|reason| format!("buffer {}: {reason}", path.display()))?
         }
     };
     if data.len() < buffer.length() {

@@ -110,12 +110,15 @@ fn file_path() -> Option<PathBuf> {
     Some(etcetera::choose_base_strategy().ok()?.config_dir().join("regatta").join("viewer.json"))
 }
 
+/// The size of the largest settings file that is read.
+const MAX_BYTES: u64 = 16 << 20;
+
 /// Reads the settings file. Returns the default settings if it doesn't exist.
 ///
 /// # Errors
 /// If the file can't be read or is not valid.
 fn load(path: &Path) -> Result<Settings, SettingsError> {
-    let text = match std::fs::read_to_string(path) {
+    let text = match regatta_base::file::read_text(path, MAX_BYTES) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             return Ok(Settings::default());

@@ -1,10 +1,10 @@
 //! The text of a file, the code that readers share, and the errors of reading.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use regatta_base::file::{self, RefusedFile};
 use regatta_base::yaml;
 pub(crate) use regatta_base::yaml::MAX_ENTRIES;
 
@@ -163,14 +163,15 @@ pub struct BackgroundError {
 /// # Errors
 /// If the file can't be read, is too large, or isn't text.
 pub fn read_file(path: &Path) -> Result<FileText, GraphError> {
-    let unreadable = |source| GraphError::Unreadable { file: path.to_owned(), source };
-    let file = File::open(path).map_err(unreadable)?;
-    let metadata = file.metadata().map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(GraphError::Folder { file: path.to_owned() });
-    }
     let name = path.display().to_string();
-    if metadata.len() > MAX_FILE_BYTES { Err(too_large(&name)) } else { read_stream(file, &name) }
+    match file::open(path, MAX_FILE_BYTES) {
+        Ok(file) => read_stream(file, &name),
+        Err(source) => Err(match RefusedFile::of(&source) {
+            Some(RefusedFile::Folder) => GraphError::Folder { file: path.to_owned() },
+            Some(RefusedFile::TooLarge { .. }) => too_large(&name),
+            _ => GraphError::Unreadable { file: path.to_owned(), source },
+        }),
+    }
 }
 
 /// Reads the text of a stream for [`parse`](crate::parse); `name` is its name in messages.

@@ -14,6 +14,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
+use regatta_base::file;
 
 use crate::model::finding::Report;
 use crate::model::format::Format;
@@ -76,11 +77,7 @@ pub fn background(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, BackgroundError> 
 }
 
 fn read_outlines(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, String> {
-    let length = std::fs::metadata(yaml_path).map_err(unreadable)?.len();
-    if length > MAX_YAML_BYTES {
-        return Err(format!("too large for a map's YAML: at most {MAX_YAML_BYTES} bytes"));
-    }
-    let text = std::fs::read_to_string(yaml_path).map_err(unreadable)?;
+    let text = file::read_text(yaml_path, MAX_YAML_BYTES).map_err(unreadable)?;
     let map = MapFile::read(&text, &mut Ignored::default()).map_err(|error| error.message)?;
     outlines(&Grid::read(&map, yaml_path.parent().unwrap_or(Path::new("")))?)
 }
@@ -91,8 +88,7 @@ fn unreadable(reason: std::io::Error) -> String {
 
 /// Returns the picture of a map, if the file is a map.
 pub(crate) fn picture(path: &Path) -> Option<PathBuf> {
-    let length = std::fs::metadata(path).ok()?.len();
-    let text = (length <= MAX_YAML_BYTES).then(|| std::fs::read_to_string(path).ok()).flatten()?;
+    let text = file::read_text(path, MAX_YAML_BYTES).ok()?;
     let map = (Format::detect(&text) == Format::RosMap)
         .then(|| MapFile::read(&text, &mut Ignored::default()).ok());
     Some(map.flatten()?.image(path.parent().unwrap_or(Path::new(""))))

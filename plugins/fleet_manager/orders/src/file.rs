@@ -12,6 +12,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use regatta_base::file;
 use regatta_base::yaml::{self, Node};
 
 use super::draft::{Label, OrderDraft, StopDraft};
@@ -49,9 +50,12 @@ pub enum FileError {
     },
 }
 
+/// The size of the largest file that is read.
+const MAX_BYTES: u64 = 256 << 20;
+
 /// The text of a file, read at once.
 pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
-    std::fs::read_to_string(path)
+    file::read_text(path, MAX_BYTES)
         .map_err(|reason| FileError::Read { path: path.to_owned(), reason })
 }
 

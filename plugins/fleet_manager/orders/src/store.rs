@@ -198,7 +198,8 @@ fn names(connection: &Connection) -> rusqlite::Result<BTreeSet<String>> {
 /// Refuses a file that has content, but not that of SQLite.
 fn check_header(path: &Path) -> Result<(), StoreError> {
     let mut header = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut header));
+    let file = regatta_base::file::open(path, u64::MAX);
+    let read = file.and_then(|file| file.take(16).read_to_end(&mut header));
     match read {
         Ok(_) => {}
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),

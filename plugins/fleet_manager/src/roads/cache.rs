@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use regatta_base::file;
 use regatta_plugin::World;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
@@ -22,6 +23,8 @@ const FEWEST_EDGES: usize = 10_000;
 /// The largest number of files; the least recently used ones are removed.
 const MOST_FILES: usize = 16;
 const PREFIX: &str = "roads-";
+/// The size of the largest file: roads of a million edges take a tenth of it.
+const MAX_BYTES: u64 = 4 << 30;
 
 /// The error of keeping roads in a file. The roads can be used all the same.
 #[derive(Debug, thiserror::Error)]
@@ -56,7 +59,8 @@ impl Roads {
     fn kept(world: &World<'_>, folder: &Path) -> (Self, Result<(), CacheError>) {
         let key = key(world);
         let path = folder.join(format!("{PREFIX}{key:032x}.bin"));
-        if let Some(roads) = fs::read(&path).ok().and_then(|bytes| unpack(world, key, &bytes)) {
+        let bytes = file::read(&path, MAX_BYTES).ok();
+        if let Some(roads) = bytes.and_then(|bytes| unpack(world, key, &bytes)) {
             // The time of the last use decides which files go; where it can't be set, that of the
             // first one does.
             let _ = File::options()

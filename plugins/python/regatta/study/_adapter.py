@@ -123,7 +123,7 @@ class Adapter:
     def _submit(self, task: Task) -> None:
         task.tries += 1
         try:
-            future = self._cluster.submit(task.job.read_bytes(), task.layout, self._version)
+            future = self._cluster.submit((task.job.name, task.job.read_bytes()), task.layout, self._version)
         except OSError as error:
             self._report(task, f"can't read {error.filename}: {error.strerror}")
         else:
@@ -142,6 +142,9 @@ class Adapter:
             raise ClusterError(ended["unfit"])
         if "failure" in ended:
             self._report(task, ended["failure"])
+        elif "no_room" in ended:
+            self._left -= 1
+            _say({"id": task.id, "no_room": ended["no_room"]})
         elif "result" in ended and content_hash(ended["result"]) == ended["hash"]:
             _write(task.result, ended["result"])
             self._report(task, None)
@@ -172,7 +175,12 @@ def _write(path: Path, content: bytes) -> None:
     """Writes a file that appears under its name only when it is complete."""
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        draft.write_bytes(content)
+        draft.unlink(missing_ok=True)
+        with draft.open("xb") as file:
+            file.write(content)
+            file.flush()
+            # Without it, a crash of the system could leave the new name with nothing in it.
+            os.fsync(file.fileno())
         draft.replace(path)
     except OSError as error:
         draft.unlink(missing_ok=True)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from regatta.study._run import Ended
+from regatta.study._run import Ended, Job
 
 REACH_SECS = 3.0
 """The longest time until a connection is accepted."""
@@ -51,8 +51,8 @@ class Cluster(Protocol):
     def is_lost(self) -> bool:
         """Whether the connection to the cluster has ended."""
 
-    def submit(self, job: bytes, layout: Path, version: str) -> Future[Ended]:
-        """Gives a task to the cluster: the content of its file, and the file of its layout."""
+    def submit(self, job: Job, layout: Path, version: str) -> Future[Ended]:
+        """Gives a task to the cluster: the name and the content of its file, and the file of its layout."""
 
     def close(self) -> None:
         """Stops the tasks that are under way."""
@@ -87,7 +87,7 @@ class Dask:
     def is_lost(self) -> bool:
         return bool(self._client.status != "running")
 
-    def submit(self, job: bytes, layout: Path, version: str) -> Future[Ended]:
+    def submit(self, job: Job, layout: Path, version: str) -> Future[Ended]:
         future: Future[Ended] = self._executor.submit(
             self._call, "run_in_dask", job, self._layout(layout), layout.name, version
         )
@@ -139,7 +139,7 @@ class Ray:
     def is_lost(self) -> bool:
         return not self._ray.is_initialized()
 
-    def submit(self, job: bytes, layout: Path, version: str) -> Future[Ended]:
+    def submit(self, job: Job, layout: Path, version: str) -> Future[Ended]:
         if layout.name not in self._layouts:
             self._layouts[layout.name] = self._ray.put(layout.read_bytes())
         reference = self._run.remote("run_in_ray", job, self._layouts[layout.name], layout.name, version)

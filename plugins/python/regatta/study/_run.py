@@ -19,11 +19,18 @@ PARENT_VARIABLE = "REGATTA_PARENT"
 UNWRITABLE = 74
 """The exit code of a run whose result can't be written."""
 
+NO_ROOM = 65
+"""The exit code of a run whose robots don't fit on the layout."""
+
 CHECK_SECS = 0.5
 """The time between two checks whether a run is still wanted."""
 
 END_SECS = 10.0
 """The longest time that a run may take to end when it is asked to."""
+
+
+Job = tuple[str, bytes]
+"""The name and the content of a job's file. The name is the hash of the content."""
 
 
 class Ended(TypedDict, total=False):
@@ -33,6 +40,8 @@ class Ended(TypedDict, total=False):
     hash: str
     failure: str
     """The run fails wherever it runs."""
+    no_room: str
+    """The layout has no room for so many robots."""
     lost: str
     """It was ended from outside, and may succeed elsewhere."""
     unfit: str
@@ -51,7 +60,7 @@ def content_hash(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def run_in_dask(job: bytes, layout: bytes, layout_name: str, version: str) -> Ended:
+def run_in_dask(job: Job, layout: bytes, layout_name: str, version: str) -> Ended:
     """Does a run on a worker of Dask."""
     from distributed import get_worker
 
@@ -67,13 +76,13 @@ def run_in_dask(job: bytes, layout: bytes, layout_name: str, version: str) -> En
     return run(job, layout, layout_name, version, worker.local_directory, is_wanted)
 
 
-def run_in_ray(job: bytes, layout: bytes, layout_name: str, version: str) -> Ended:
+def run_in_ray(job: Job, layout: bytes, layout_name: str, version: str) -> Ended:
     """Does a run on a worker of Ray, which stops it by an exception."""
     return run(job, layout, layout_name, version, None, lambda: True)
 
 
 def run(
-    job: bytes, layout: bytes, layout_name: str, version: str, parent: str | None, is_wanted: Callable[[], bool]
+    job: Job, layout: bytes, layout_name: str, version: str, parent: str | None, is_wanted: Callable[[], bool]
 ) -> Ended:
     """Does a run with the program of a version, in a temporary folder."""
     program = find_program()
@@ -98,12 +107,13 @@ def _version(program: str) -> str:
 
 
 def _run_in(
-    folder: Path, program: str, job: bytes, layout: bytes, layout_name: str, is_wanted: Callable[[], bool]
+    folder: Path, program: str, job: Job, layout: bytes, layout_name: str, is_wanted: Callable[[], bool]
 ) -> Ended:
-    job_file, layout_file, result_file = folder / "job.json", folder / layout_name, folder / "result.json"
-    job_file.write_bytes(job)
+    name, content = job
+    job_file, layout_file, result_file = folder / name, folder / layout_name, folder / "result.json"
+    job_file.write_bytes(content)
     layout_file.write_bytes(layout)
-    arguments = [program, "study-run", job_file, "--layout", layout_file, "--output", result_file]
+    arguments = [program, "study-run", job_file, "--layout", layout_file, "--output", result_file, "--trust"]
     exited = _exit([str(argument) for argument in arguments], is_wanted)
     if exited is None:
         return {"lost": "it was cancelled"}
@@ -112,6 +122,8 @@ def _run_in(
         return {"result": result, "hash": content_hash(result)}
     if exited.code == UNWRITABLE:
         return {"unfit": f"worker {_host()}: {exited.line}"}
+    if exited.code == NO_ROOM:
+        return {"no_room": exited.line}
     # Slurm asks all processes of a job to end, this one and the worker alike.
     if exited.code < 0 or exited.line == "interrupted":
         return {"lost": f"it was ended on {_host()}"}

@@ -8,7 +8,7 @@ use mcap::records::{ChunkIndex, MessageIndex, Record};
 use mcap::{McapError, McapResult, parse_record};
 
 use super::{ReadingError, Recording};
-use crate::mcap_file::RecordSpan;
+use crate::mcap_file::{MAX_RECORD, RecordSpan};
 use crate::scan::ChunkContent;
 use crate::schema::Topic;
 
@@ -61,6 +61,9 @@ impl Recording {
 
     fn read_chunk(&self, chunk: &ChunkIndex) -> McapResult<ChunkContent> {
         let mut file = &self.file;
+        if chunk.chunk_length > MAX_RECORD as u64 {
+            return Err(McapError::ChunkTooLarge(chunk.chunk_length));
+        }
         let mut record = vec![0; chunk.chunk_length as usize];
         file.seek(SeekFrom::Start(chunk.chunk_start_offset))?;
         file.read_exact(&mut record)?;

@@ -135,6 +135,9 @@ impl FoundMarks {
 /// The notes of a recording: time on its clock in nanoseconds, and text.
 pub(super) type Notes = Vec<(u64, String)>;
 
+/// The size of the largest file of notes.
+const MAX_NOTES_BYTES: u64 = 16 << 20;
+
 /// Returns the file of a recording's notes.
 pub(super) fn notes_file(recording: &Path) -> PathBuf {
     let mut path = recording.as_os_str().to_owned();
@@ -146,7 +149,14 @@ pub(super) fn notes_file(recording: &Path) -> PathBuf {
 /// text. Other lines are reported and left out.
 pub(super) fn notes(recording: &Path) -> Notes {
     let path = notes_file(recording);
-    let Ok(text) = std::fs::read_to_string(&path) else { return Vec::new() };
+    let text = match regatta_base::file::read_text(&path, MAX_NOTES_BYTES) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Vec::new(),
+        Err(error) => {
+            regatta_plugin::tell!("replay: {}: {error}", path.display());
+            return Vec::new();
+        }
+    };
     let mut notes = Vec::new();
     for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         match note(line) {

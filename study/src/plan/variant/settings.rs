@@ -7,8 +7,8 @@ use regatta_scenario::{Overrides, Scenario};
 use serde::Deserialize;
 use serde_json::{Number, Value};
 
-use super::{FLEET_MANAGER, IN_TURN, PLANNER, TypeShare, Variant};
-use crate::job::Manager;
+use super::{FLEET_MANAGER, TypeShare, Variant};
+use crate::job::{IN_TURN, Manager, PLANNER};
 use crate::plan::scenario::{Breakdowns, Load, RobotType};
 use crate::plan::{PlanError, Setting};
 

@@ -1,6 +1,7 @@
 use serde_json::{Value, json};
 
 use super::*;
+use crate::job::PLANNER;
 use crate::plan::Setting;
 
 fn variant(text: &str) -> Result<Variant, PlanError> {

@@ -6,6 +6,8 @@
 
 /// The number of lines of a part.
 const LINES: usize = 20_000;
+/// The most keys of the root map: our format has fewer, and each is compared with all others.
+const MAX_KEYS: usize = 100;
 
 /// A part of a file that is valid YAML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +55,10 @@ pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
         let (key, value) = content.split_once(':')?;
         let is_name = key.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
         // The reader of the whole file reports keys that are given twice.
-        if !is_name || keys.iter().any(|other| other.eq_ignore_ascii_case(key)) {
+        if !is_name
+            || keys.len() >= MAX_KEYS
+            || keys.iter().any(|other| other.eq_ignore_ascii_case(key))
+        {
             return None;
         }
         keys.push(key);
@@ -152,6 +157,7 @@ mod tests {
             "---\nEdges:\n- {Id: 1}\n",
             "\"Edges\":\n- {Id: 1}\n",
             "Edges:\n- {Id: 1}\nEdges:\n- {Id: 2}\n",
+            &(0..200).map(|key| format!("k{key}: 1\n")).collect::<String>(),
         ] {
             assert_eq!(parts(text), None, "{text}");
         }

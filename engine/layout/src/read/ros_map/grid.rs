@@ -1,10 +1,12 @@
 //! The cells of a map.
 
 use std::borrow::Cow;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use image::{DynamicImage, ImageReader, Limits};
+use regatta_base::file;
 use regatta_base::yaml::{self, Content, Node};
 
 use crate::read::file::{Ignored, SyntaxError};
@@ -185,7 +187,9 @@ impl Grid {
 }
 
 fn read_picture(path: &Path) -> Result<DynamicImage, String> {
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+    // The largest picture without compression is about as large as its memory.
+    let file = file::open(path, MAX_PICTURE_BYTES);
+    let reader = file.and_then(|file| ImageReader::new(BufReader::new(file)).with_guessed_format());
     let mut reader = reader.map_err(|error| {
         format!("can't be read: {error}; correct `image` in the map's YAML, or add the picture")
     })?;
