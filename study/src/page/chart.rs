@@ -63,6 +63,9 @@ pub fn chart(chart: &Chart<'_>) -> String {
     svg
 }
 
+/// The most labels of the axis of robots.
+const MOST_LABELS: usize = 11;
+
 type DrawResult = Result<(), Box<dyn std::error::Error>>;
 
 fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
@@ -79,6 +82,8 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
     }
     let points: Vec<&ChartPoint> = chart.series.iter().flat_map(|line| &line.points).collect();
     let xs = range(points.iter().map(|point| point.robots));
+    // No label between two numbers of robots.
+    let x_labels = MOST_LABELS.min(xs.end as usize + 1);
     let ys = range(points.iter().map(|point| point.mean + point.half_width));
     let mut area = ChartBuilder::on(&root)
         .margin(12)
@@ -87,6 +92,7 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         .build_cartesian_2d(xs, ys.clone())?;
     area.configure_mesh()
         .x_desc("robots")
+        .x_labels(x_labels)
         .y_desc(chart.y)
         .label_style(FONT)
         .axis_desc_style(FONT)

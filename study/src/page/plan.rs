@@ -22,24 +22,24 @@ impl Plan {
     /// Returns the plan of all roads. The picture has at least a width in pixels.
     pub fn of_roads(graph: &RouteGraph, least_width: f64) -> Self {
         let points = graph.edges().iter().flat_map(|edge| edge.path.control_points());
-        Self::of_points(points, 0.1, least_width)
+        let (low, high) = bounds(points);
+        let mut plan = Self::of_rectangle(low, high);
+        plan.size.x = plan.size.x.max(least_width);
+        plan
     }
 
-    /// Returns the plan of a part of the layout: the rectangle round some points. Its longer side
-    /// is at least that many metres long.
-    pub fn of_points(
-        points: impl IntoIterator<Item = DVec2>,
-        least_metres: f64,
-        least_width: f64,
-    ) -> Self {
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for point in points {
-            (low, high) = (low.min(point), high.max(point));
-        }
+    /// Returns the plan of a part of the layout: a rectangle round some points, which has at least
+    /// a width and a height in metres.
+    pub fn of_part(points: impl IntoIterator<Item = DVec2>, least: DVec2) -> Self {
+        let (low, high) = bounds(points);
+        let (centre, half) = ((low + high) / 2.0, (high - low).max(least) / 2.0);
+        Self::of_rectangle(centre - half, centre + half)
+    }
+
+    fn of_rectangle(low: DVec2, high: DVec2) -> Self {
         let extent = (high - low).max(DVec2::splat(0.1));
-        let scale = (LONGER_SIDE - 2.0 * MARGIN) / extent.max_element().max(least_metres);
-        let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(least_width, 0.0));
-        Self { corner: DVec2::new(low.x, high.y), scale, size }
+        let scale = (LONGER_SIDE - 2.0 * MARGIN) / extent.max_element();
+        Self { corner: DVec2::new(low.x, high.y), scale, size: extent * scale + 2.0 * MARGIN }
     }
 
     /// Returns the place of a point, given in metres east and north.
@@ -57,4 +57,13 @@ impl Plan {
         let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
         cubics.map(|points| points.map(|point| self.pixel(point)))
     }
+}
+
+/// Returns the south-western and the north-eastern corner of the rectangle round some points.
+fn bounds(points: impl IntoIterator<Item = DVec2>) -> (DVec2, DVec2) {
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for point in points {
+        (low, high) = (low.min(point), high.max(point));
+    }
+    (low, high)
 }

@@ -9,10 +9,8 @@ use crate::outcome::Stall;
 
 /// Metres of roads that are shown round the robots.
 const AROUND: f64 = 3.0;
-/// The least length of the plan's longer side, in metres.
-const LEAST_METRES: f64 = 20.0;
-/// The least width and height of the picture, in pixels.
-const LEAST_SIZE: f64 = 240.0;
+/// The least width and height of the plan, in metres.
+const LEAST: DVec2 = DVec2::new(24.0, 9.0);
 /// The radius of a robot in pixels.
 const RADIUS: f64 = 12.0;
 /// The most nodes whose names are drawn.
@@ -34,12 +32,9 @@ pub fn stall_map(graph: &RouteGraph, stall: &Stall) -> Option<String> {
     if stall.places.is_empty() {
         return None;
     }
-    let plan = Plan::of_points(points, LEAST_METRES, LEAST_SIZE);
+    let plan = Plan::of_part(points, LEAST);
     let mut svg = Svg::new(0);
-    svg.document(plan.size.max(DVec2::splat(LEAST_SIZE)), "")
-        .set("font-family", "sans-serif")
-        .set("font-size", 12)
-        .open();
+    svg.document(plan.size, "").set("font-family", "sans-serif").set("font-size", 12).open();
     svg.decimals = 1;
     svg.background("#fff");
     let roads = graph.edges().iter().map(|edge| plan.curves(edge));
@@ -118,7 +113,7 @@ mod tests {
         };
         let svg = stall_map(&graph, &stall).expect("a picture");
         let count = |part: &str| svg.matches(part).count();
-        assert_eq!((count("<circle"), count("<polygon"), count("<line")), (4, 2, 2), "{svg}");
+        assert_eq!((count("<circle"), count("<polygon"), count("<line")), (5, 2, 2), "{svg}");
         assert_eq!(count(STANDS), 2, "{svg}");
         assert!([">0<", ">3<", ">7<"].iter().all(|robot| svg.contains(robot)), "{svg}");
         stall.places.clear();
