@@ -33,7 +33,11 @@ impl Place {
         let folder = TempDir::new().expect("a folder");
         let place = Self { folder };
         fs::set_permissions(place.folder.path(), fs::Permissions::from_mode(0o755)).expect("set");
-        fs::copy(env!("CARGO_BIN_EXE_regatta"), place.program()).expect("copied");
+        // By another process: a child that another test starts meanwhile would keep a file that this
+        // one writes open, and the program couldn't be started.
+        let mut copy = Command::new("cp");
+        copy.arg(env!("CARGO_BIN_EXE_regatta")).arg(place.program());
+        assert!(copy.status().expect("it starts").success());
         for user in [OWNER, STRANGER] {
             let own = place.own(user);
             fs::create_dir(&own).expect("created");

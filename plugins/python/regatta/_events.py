@@ -63,7 +63,7 @@ class TickReader(Open, Generic[Header]):
     the records of each tick into a queue of this reader, from which :meth:`take` returns them. The queue holds up to
     65536 ticks.
 
-    While the body of a loop works, or if there is no loop, nothing is received. The last 64 ticks with records are kept
+    While the body of a loop works, or if there is no loop, nothing is received. The last 1024 ticks with records are kept
     then (at 100 ticks a second, those of 0.64 s or more). Older ones are lost: ``missed`` and :attr:`lost` count them,
     and a warning (of the logger ``regatta``) gives their number, the first time and whenever it is ten times as large.
 

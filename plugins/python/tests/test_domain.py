@@ -1,5 +1,6 @@
 """The directory of shared memory's files."""
 
+import fcntl
 from pathlib import Path
 
 import pytest
@@ -38,3 +39,18 @@ def test_the_directory_of_another_user_is_refused(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr("os.getuid", lambda: owner + 1)
     with pytest.raises(regatta.OpenError, match=f"it belongs to user {owner}"):
         iceoryx2_config()
+
+
+def test_processes_that_see_another_shared_memory_are_not_joined(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REGATTA_RUNTIME_DIR", str(tmp_path))
+    with (tmp_path / "shared_memory").open("w") as theirs:
+        theirs.write("a container")
+        theirs.flush()
+        fcntl.flock(theirs, fcntl.LOCK_SH)
+        with pytest.raises(regatta.OpenError, match="another /dev/shm"):
+            iceoryx2_config()
+    # They have gone.
+    iceoryx2_config()
+    assert (tmp_path / "shared_memory").read_text() != "a container"

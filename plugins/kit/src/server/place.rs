@@ -85,6 +85,7 @@ impl Listener {
             Place::Tcp(address) => {
                 let listener = std::net::TcpListener::bind(address)?;
                 listener.set_nonblocking(true)?;
+                bound_buffers(&listener);
                 let place = Place::Tcp(listener.local_addr()?);
                 Ok(Self { place, port: Port::Tcp(TcpListener::from_std(listener)?) })
             }
@@ -130,6 +131,21 @@ impl Drop for Listener {
         }
     }
 }
+
+/// The bytes of an answer that the system keeps for a client that doesn't read them, in each
+/// connection.
+#[cfg(unix)]
+const SEND_BUFFER_BYTES: usize = 128 << 10;
+
+/// Bounds the buffers of a listener's connections: by default the system keeps megabytes for each.
+#[cfg(unix)]
+fn bound_buffers(listener: &std::net::TcpListener) {
+    // Where the system refuses, its own bounds hold.
+    let _ = rustix::net::sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER_BYTES);
+}
+
+#[cfg(not(unix))]
+fn bound_buffers(_listener: &std::net::TcpListener) {}
 
 /// Makes a socket that only this user can open, in place of one that a killed process left.
 #[cfg(unix)]
