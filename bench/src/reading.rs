@@ -81,7 +81,8 @@ pub fn run(program: &Program, args: &ReadingArgs) -> Result<ExitCode, Failure> {
     let (line, machine) = environment(program);
     let columns: Vec<String> = sizes.iter().map(|size| format!("{size} MiB")).collect();
     let mut markdown = format!(
-        "# Reading files of any size\n\n{line}\n\nProcessor seconds of `regatta graph check`. The bar: four \
+        "# Reading files of any size\n\n{line}\n\nProcessor seconds of `regatta graph check`. The \
+         bar: four \
          times the size takes at most {MOST_GROWTH} times as long.\n\n| format | content | {} | \
          |\n|---|---|{}---|\n",
         columns.join(" | "),
