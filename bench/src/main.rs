@@ -3,6 +3,7 @@
 
 mod management;
 mod plants;
+mod reading;
 mod runs;
 mod study;
 mod udp;
@@ -33,6 +34,8 @@ enum Command {
     Management(management::ManagementArgs),
     /// Measure planners of the fleet manager on many plants: throughput, standstills, contacts.
     Plants(plants::PlantsArgs),
+    /// Measure the time to check files of every format, by their size.
+    Reading(reading::ReadingArgs),
     /// Measure single runs of studies: in one process, and as processes.
     Runs(runs::RunsArgs),
     /// Measure studies: a hundred runs, the knee of a warehouse, and whether they repeat.
@@ -77,6 +80,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     match &cli.command {
         Command::Management(args) => management::run(&program, args),
         Command::Plants(args) => plants::run(&program, args),
+        Command::Reading(args) => reading::run(&program, args),
         Command::Runs(args) => runs::run(&program, args),
         Command::Study(args) => study::run(&program, args),
         Command::Udp(args) => udp::run(&program, args),
