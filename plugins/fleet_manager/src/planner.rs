@@ -111,6 +111,12 @@ const CROWDED: f32 = 0.1;
 /// The length of a short block, in lengths of a robot.
 const SHORT_BLOCK: f32 = 4.0;
 
+/// Puts the backstop under committed ways, where it helps only if all robots stand: else it would
+/// lead robots away from their ways.
+fn with_last_resort(planner: Committed) -> Box<dyn Planner> {
+    Box::new(Backstop::new(Box::new(planner), BackstopSettings::of_last_resort()))
+}
+
 /// The share of the legs that have a leg in the opposite direction, from 0 to 1.
 fn two_way_share(roads: &Roads) -> f32 {
     let legs = (0..roads.nodes()).flat_map(|node| roads.exits(node).iter().copied());
@@ -161,8 +167,7 @@ impl PlannerKind {
     /// Makes the planner for some roads; committed ways for [`Auto`](Self::Auto).
     fn plain(self, roads: &Roads) -> Box<dyn Planner> {
         let planner: Box<dyn Planner> = match self {
-            // Committed ways need no backstop, which would lead robots away from them.
-            Self::Auto | Self::Committed => return Box::new(Committed::new(roads)),
+            Self::Auto | Self::Committed => return with_last_resort(Committed::new(roads)),
             Self::Lanes => Box::new(Lanes::new(roads, LanesSettings::default())),
             Self::Tea => Box::new(Tea::new(roads, TeaSettings::default())),
             Self::Pibt => Box::new(Pibt::new(roads, PibtSettings::default())),
@@ -187,7 +192,7 @@ impl PlannerKind {
             false => vec![Self::Lanes, Self::Committed, Self::Pibt],
         };
         let first: Box<dyn Planner> = match kinds[0] {
-            Self::Committed => Box::new(committed),
+            Self::Committed => with_last_resort(committed),
             first => first.plain(roads),
         };
         let settings = kinds[0].settings();

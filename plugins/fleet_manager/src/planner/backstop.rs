@@ -4,8 +4,15 @@
 //! them, are a *region*. No other robot is admitted to it; LaCAM finds hops that lead its robots to
 //! their goals or out of it, and they drive in that order. A robot that has made its last hop is
 //! left to the planner again. While nothing stands, the planner's plans stay as they are.
+//!
+//! Where all robots stand, and the roads aren't large, all of the roads are one region, in which
+//! robots may stand at each end of a leg. If LaCAM doesn't bring several robots to their goals soon,
+//! one after the other is tried alone, in a search that also proves that there is no way.
 
+mod alone;
+mod case;
 mod course;
+mod exclusive;
 mod lacam;
 mod region;
 mod standing;
@@ -13,13 +20,14 @@ mod standing;
 mod tests;
 mod ways;
 
-use self::ways::Stand;
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::case::{Case, Phase};
 use self::course::Course;
-use self::lacam::{Outcome, Search, shorten};
+use self::lacam::Outcome;
 use self::region::{Region, Size};
 pub(super) use self::standing::Standing;
+use self::ways::{Stand, Stops};
 use super::{Planner, Plans};
 use crate::roads::Leg;
 use crate::traffic::Traffic;
@@ -30,6 +38,8 @@ pub struct BackstopSettings {
     /// The time that robots stand before they are helped, in seconds: longer than planners take to
     /// resolve a conflict themselves, and longer than most stops.
     pub stand_secs: f64,
+    /// The time that all robots stand before all of them are helped at the same time, in seconds.
+    pub all_stand_secs: f64,
     /// The number of ways that a region reaches from robots that stand; doubled if there is no
     /// solution.
     pub ways: u32,
@@ -47,6 +57,7 @@ impl Default for BackstopSettings {
     fn default() -> Self {
         Self {
             stand_secs: 60.0,
+            all_stand_secs: 15.0,
             ways: 4,
             stands: 300,
             members: 40,
@@ -56,12 +67,34 @@ impl Default for BackstopSettings {
     }
 }
 
+impl BackstopSettings {
+    /// The number of choices of an attempt.
+    fn work(&self, region: &Region, attempt: usize) -> u64 {
+        match region.stops {
+            // The last attempt may take longer.
+            Stops::Places if region.is_last(attempt) => LAST_ATTEMPT * self.work,
+            Stops::Places | Stops::All => self.work,
+        }
+    }
+
+    /// For a planner that resolves jams of some robots itself.
+    pub fn of_last_resort() -> Self {
+        Self { stand_secs: f64::INFINITY, all_stand_secs: 5.0, ..Self::default() }
+    }
+}
+
 /// The interval between searches for robots that stand, in seconds.
 const CHECK_SECS: f64 = 1.0;
 /// The legs ahead in which a robot is kept out of a region.
 const LEGS_AHEAD: usize = 24;
 /// The factor by which the last search, with one robot's target only, may exceed the others.
 const LAST_ATTEMPT: u64 = 4;
+/// The time after which a standstill of all robots that couldn't be helped is looked at again, in
+/// seconds: doubled each time, up to the longest one.
+const PAUSE_SECS: f64 = 60.0;
+const LONGEST_PAUSE_SECS: f64 = 960.0;
+/// The time without any movement after which robots aren't led any more, in seconds.
+const STUCK_SECS: f64 = 60.0;
 /// The largest number of robots of a chain around which a region is made.
 const MOST_SEEDS: usize = 12;
 
@@ -73,6 +106,10 @@ pub struct Backstop {
     standing: Standing,
     cases: Vec<Case>,
     next_check: f64,
+    /// The time before which a standstill of all robots isn't looked at, in simulated seconds, and
+    /// the time until the next look if there is no solution.
+    next_for_all: f64,
+    pause_secs: f64,
     counts: Counts,
 }
 
@@ -95,15 +132,20 @@ impl Backstop {
             standing: Standing::default(),
             cases: Vec::new(),
             next_check: 0.0,
+            next_for_all: 0.0,
+            pause_secs: PAUSE_SECS,
             counts: Counts::default(),
         }
     }
 
     /// Makes regions round robots that stand.
     fn find_regions(&mut self, traffic: &Traffic<'_>) {
+        if self.help_all(traffic) {
+            return;
+        }
         for group in self.standing.groups(traffic, self.settings.stand_secs) {
             let BackstopSettings { ways, stands, members, .. } = self.settings;
-            let size = Size { ways, stands, members };
+            let size = Size { ways, stands, members, stops: Stops::Places };
             let seeds = if group.len() <= members { group } else { seeds(traffic, &group) };
             match self.case(traffic, seeds.clone(), size) {
                 Some(case) => {
@@ -113,6 +155,21 @@ impl Backstop {
                 None => self.standing.restart(&seeds, traffic.now),
             }
         }
+    }
+
+    /// Begins to help all robots if none drives. Returns whether it does.
+    fn help_all(&mut self, traffic: &Traffic<'_>) -> bool {
+        let is_due = self.cases.is_empty() && traffic.now >= self.next_for_all;
+        if !is_due || !self.standing.is_standstill(traffic, self.settings.all_stand_secs) {
+            return false;
+        }
+        let Some(case) = Case::of_all(traffic, self.settings.members) else {
+            self.next_for_all = traffic.now + PAUSE_SECS;
+            return false;
+        };
+        self.counts.regions += 1;
+        self.cases.push(case);
+        true
     }
 
     /// Begins to help robots that stand; `None` if they are in a region already, or can't be
@@ -131,28 +188,19 @@ impl Backstop {
                 return None;
             }
         }
-        let targets = region.targets();
-        if targets == 0 {
-            return None;
-        }
-        let search = Box::new(Search::new(region.problem(targets)));
-        Some(Case {
-            seeds,
-            size,
-            is_enlarged: false,
-            region,
-            phase: Phase::Search(search, targets),
-        })
+        Case::new(region, seeds, size)
     }
 
     /// Leads the robots of regions, in place of the planner.
     fn lead(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         let led: BTreeSet<u32> = self.cases.iter().flat_map(Case::robots).collect();
         plans.routes.retain(|(robot, _)| !led.contains(robot));
+        plans.evicted.retain(|(robot, _)| !led.contains(robot));
         for &robot in &led {
             let permit = plans.permit(robot);
             permit.precedence = None;
             permit.max_legs = usize::MAX;
+            permit.is_frozen = false;
         }
         for _ in 0..self.cases.len() {
             let mut case = self.cases.remove(0);
@@ -176,7 +224,7 @@ impl Backstop {
             }
             Phase::Drive(course) => {
                 let done = course.follow(traffic);
-                let is_stuck = traffic.now - course.moved() > self.settings.stand_secs;
+                let is_stuck = traffic.now - course.moved() > STUCK_SECS;
                 match done.filter(|_| !is_stuck) {
                     Some(done) => {
                         plans.released.extend(done);
@@ -199,7 +247,7 @@ impl Backstop {
 
     /// Searches on; with fewer targets, or in a larger region, if there is no solution.
     fn search(&mut self, case: &mut Case, traffic: &Traffic<'_>) {
-        let Phase::Search(search, targets) = &mut case.phase else { return };
+        let Phase::Search(search, attempt) = &mut case.phase else { return };
         if !case.region.is_as_before(traffic) {
             self.counts.broken_off += 1;
             case.phase = Phase::Over;
@@ -208,39 +256,52 @@ impl Backstop {
         let before = search.steps();
         let outcome = search.advance(self.settings.work_per_cycle);
         self.counts.steps += search.steps() - before;
-        let fewer = *targets / 2;
-        match outcome {
-            Outcome::Open if search.work() < self.settings.work => {}
-            Outcome::Found(hops) if !hops.is_empty() => {
+        let next = *attempt + 1;
+        let hops = match outcome {
+            Outcome::Open if search.work() < self.settings.work(&case.region, *attempt) => return,
+            // If all robots are at their targets, fewer targets don't help.
+            Outcome::Found(hops) if hops.is_empty() => return self.enlarge(case, traffic),
+            Outcome::Found(hops) => search.shortened(hops, case.region.stops),
+            Outcome::Open | Outcome::None => None,
+        };
+        match (hops, case.region.search(next)) {
+            (Some(hops), _) => {
                 self.counts.solved += 1;
-                let hops = shorten(search.problem(), hops);
+                self.pause_secs = PAUSE_SECS;
                 case.phase = Phase::Drive(Course::new(traffic, &case.region, &hops));
             }
-            // The last attempt may take longer.
-            Outcome::Open if fewer == 0 && search.work() < LAST_ATTEMPT * self.settings.work => {}
-            // If all robots are at their targets, fewer targets don't help.
-            Outcome::Open | Outcome::None if fewer > 0 => {
-                case.phase =
-                    Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
-            }
-            _ => self.enlarge(case, traffic),
+            (None, Some(search)) => case.phase = Phase::Search(Box::new(search), next),
+            (None, None) => self.enlarge(case, traffic),
         }
     }
 
     fn enlarge(&mut self, case: &mut Case, traffic: &Traffic<'_>) {
-        let Size { ways, stands, members } = case.size;
-        let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members };
-        let larger =
-            if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
-        // A region that contains all roads can't grow.
-        match larger.filter(|larger| larger.region.stands.len() > case.region.stands.len()) {
+        match self.larger(case, traffic) {
             Some(larger) => *case = Case { is_enlarged: true, ..larger },
             None => {
                 self.counts.given_up += 1;
-                self.standing.restart(&case.seeds, traffic.now);
+                match case.size.stops {
+                    Stops::Places => self.standing.restart(&case.seeds, traffic.now),
+                    Stops::All => {
+                        self.next_for_all = traffic.now + self.pause_secs;
+                        self.pause_secs = (2.0 * self.pause_secs).min(LONGEST_PAUSE_SECS);
+                    }
+                }
                 case.phase = Phase::Over;
             }
         }
+    }
+
+    /// Begins to help the robots of a case in a region of twice the size; `None` if there is none.
+    fn larger(&self, case: &Case, traffic: &Traffic<'_>) -> Option<Case> {
+        if case.is_enlarged || case.size.stops == Stops::All {
+            return None;
+        }
+        let Size { ways, stands, members, stops } = case.size;
+        let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members, stops };
+        let larger = self.case(traffic, case.seeds.clone(), size)?;
+        // A region that contains all roads can't grow.
+        (larger.region.stands.len() > case.region.stands.len()).then_some(larger)
     }
 
     /// Holds all others back at the borders of regions.
@@ -319,53 +380,6 @@ impl Planner for Backstop {
             ("search steps", steps),
         ];
         self.planner.counts().into_iter().chain(own).collect()
-    }
-}
-
-/// A region that is helped.
-#[derive(Debug)]
-struct Case {
-    /// The robots that stood.
-    seeds: Vec<u32>,
-    size: Size,
-    is_enlarged: bool,
-    region: Region,
-    phase: Phase,
-}
-
-#[derive(Debug)]
-enum Phase {
-    /// A solution is searched, with the targets of so many members.
-    Search(Box<Search>, usize),
-    Drive(Course),
-    /// All are released.
-    Over,
-}
-
-impl Case {
-    /// The robots that are led.
-    fn robots(&self) -> Box<dyn Iterator<Item = u32> + '_> {
-        match &self.phase {
-            Phase::Search(..) => Box::new(self.region.members.iter().copied()),
-            Phase::Drive(course) => Box::new(course.robots()),
-            Phase::Over => Box::new(std::iter::empty()),
-        }
-    }
-
-    /// Marks the tracks on which others would be in the way.
-    fn mark(&self, traffic: &Traffic<'_>, kept: &mut [bool]) {
-        match &self.phase {
-            Phase::Search(..) => self.region.mark(traffic.roads, kept),
-            Phase::Drive(course) => course.mark(kept),
-            Phase::Over => {}
-        }
-    }
-
-    /// The tracks on which others would be in the way: by track.
-    fn kept(&self, traffic: &Traffic<'_>) -> Vec<bool> {
-        let mut kept = vec![false; traffic.roads.conflicts().tracks()];
-        self.mark(traffic, &mut kept);
-        kept
     }
 }
 

@@ -1,6 +1,7 @@
 //! Closures: legs that robots out of service block, edges that a command closes, and nodes that
 //! robots could not leave again.
 
+use regatta_base::components::strong_components;
 use regatta_base::rows::Rows;
 use regatta_plugin::closure::ClosedEdge;
 
@@ -153,12 +154,8 @@ fn lost(before: &[bool], now: &[bool]) -> Vec<bool> {
     before.iter().zip(now).map(|(before, now)| *before && !now).collect()
 }
 
-/// The number of nodes that are tried as members of the main component.
-const SEEDS: u32 = 8;
-
-/// The main component: a large set of nodes that can all be reached from each other in forward
+/// The main component: the largest set of nodes that can all be reached from each other in forward
 /// gear.
-#[derive(Default)]
 struct Main {
     /// By node: whether it can be reached from the component.
     ahead: Vec<bool>,
@@ -173,18 +170,20 @@ impl Main {
             .filter(|leg| !closed[leg.index()]);
         let ways: Vec<(u32, u32)> = legs.map(|leg| (roads.start(leg), roads.end(leg))).collect();
         let back = ways.iter().map(|(start, end)| (*end, *start)).collect();
-        let (ahead, behind) =
-            (Rows::new(roads.nodes() as usize, ways), Rows::new(roads.nodes() as usize, back));
-        let seeds = (0..SEEDS)
-            .map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
-        let mains = seeds
-            .map(|seed| Self { ahead: reachable(&ahead, seed), behind: reachable(&behind, seed) });
-        mains.max_by_key(Self::size).unwrap_or_default()
+        let nodes = roads.nodes() as usize;
+        let (ahead, behind) = (Rows::new(nodes, ways), Rows::new(nodes, back));
+        let seed = member_of_largest(&strong_components(&ahead));
+        Self { ahead: reachable(&ahead, seed), behind: reachable(&behind, seed) }
     }
+}
 
-    fn size(&self) -> usize {
-        self.ahead.iter().zip(&self.behind).filter(|(ahead, behind)| **ahead && **behind).count()
+/// Returns a member of the largest component, given one of the component of each node.
+fn member_of_largest(components: &[u32]) -> u32 {
+    let mut sizes = vec![0_u32; components.len()];
+    for &member in components {
+        sizes[member as usize] += 1;
     }
+    (0..).zip(sizes).max_by_key(|(_, size)| *size).map_or(0, |(member, _)| member)
 }
 
 /// Returns for each node whether it can be reached from one, given the neighbours of each.
@@ -221,6 +220,18 @@ mod tests {
         assert_eq!(reachable(&neighbours, 0), [true, true, true, false]);
         assert_eq!(reachable(&neighbours, 3), [true; 4]);
         assert_eq!(reachable(&neighbours, 2), [false, false, true, false]);
+    }
+
+    /// A ring of three nodes among many that no road leads to.
+    #[test]
+    fn the_main_component_is_found_wherever_it_is() {
+        let points: Vec<[f32; 2]> = (0..16).map(|node| [10.0 * node as f32, 0.0]).collect();
+        let edges = [[1, 3], [3, 5], [5, 1], [1, 7]];
+        let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+        let roads = Roads::new(&world.view(1, 1));
+        let main = Main::of(&roads, &vec![false; 2 * edges.len()]);
+        let nodes = |set: &[bool]| (0..16).filter(|node| set[*node]).collect::<Vec<_>>();
+        assert_eq!((nodes(&main.ahead), nodes(&main.behind)), (vec![1, 3, 5, 7], vec![1, 3, 5]));
     }
 
     /// A loop of three edges, with a spur of two edges from its first node and back.

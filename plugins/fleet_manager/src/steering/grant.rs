@@ -168,7 +168,8 @@ impl Steering {
     fn turn_back(&mut self, robot: u32) -> Option<(Leg, Stretch)> {
         let state = self.robots[robot as usize].as_mut()?;
         let claim = self.claims.of(robot);
-        let (&next, &only) = (state.horizon.front()?, claim.front()?);
+        let may_enter = state.permit.max_legs.min(state.permit.max_legs_outside) > 0;
+        let (&next, &only) = (state.horizon.front().filter(|_| may_enter)?, claim.front()?);
         let stands = claim.len() == 1 && state.speed == 0.0 && only.to - only.from < LEAST;
         let at_end = only.to >= self.roads.edge(next.edge()).length - LEAST;
         if !stands || !at_end || only.track != next.edge() || only.leg == Some(next) {

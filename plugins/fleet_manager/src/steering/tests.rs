@@ -6,8 +6,9 @@ use regatta_plugin::world::ZoneRecord;
 
 use super::Settings;
 use crate::model::{Model, places, worlds};
-use crate::planner::{Lanes, LanesSettings, PlannerKind};
+use crate::planner::{Lanes, LanesSettings, Planner, PlannerKind, Plans};
 use crate::roads::Leg;
+use crate::traffic::Traffic;
 
 const SIDE: u32 = 4;
 const SPACING: f32 = 3.0;
@@ -68,6 +69,28 @@ fn refusals_of_one_tick_change_the_gear_once() {
     model.steering.take_back(0);
     model.steering.take_back(0);
     assert_ne!(is_backing(&model), before);
+}
+
+/// A planner that sends a robot back along its edge, and permits it no leg.
+#[derive(Debug)]
+struct NotBack;
+
+impl Planner for NotBack {
+    fn plan(&mut self, _traffic: &Traffic<'_>, plans: &mut Plans) {
+        plans.route(0, vec![Leg::new(0, true)]);
+        plans.permit(0).max_legs_outside = 0;
+    }
+}
+
+#[test]
+fn a_robot_without_a_permit_does_not_turn_back() {
+    let mut world = worlds::streets(SIDE, SPACING, false);
+    world.edges[0].reverse_speed = 1.0;
+    let starts = [(Leg::new(0, false), SPACING)];
+    let mut model = Model::new(&world, &starts, 1, Settings::default(), |_| Box::new(NotBack));
+    model.run(50);
+    let end = model.steering.claims().end(0).copied().expect("a claim");
+    assert_eq!((end.leg, end.to), (Some(Leg::new(0, false)), SPACING));
 }
 
 #[test]

@@ -15,7 +15,7 @@
 mod problem;
 mod step;
 #[cfg(test)]
-mod tests;
+pub mod tests;
 
 use std::collections::BTreeMap;
 

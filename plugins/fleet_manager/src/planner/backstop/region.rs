@@ -2,9 +2,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::lacam::{Problem, Way};
+use super::alone;
+use super::case::Search;
+use super::exclusive::Exclusive;
+use super::lacam::{self, Problem, Way};
 use super::standing::is_movable;
-use super::ways::{Path, Stand, paths, stretches};
+use super::ways::{Path, Stand, Stops, paths, stretches};
 use crate::claims::{Claims, Stretch};
 use crate::planner::DrivingTimes;
 use crate::roads::{Leg, Roads};
@@ -19,6 +22,8 @@ pub struct Size {
     pub stands: usize,
     /// Robots.
     pub members: usize,
+    /// The ends of legs that are stands.
+    pub stops: Stops,
 }
 
 /// A region.
@@ -34,13 +39,25 @@ pub struct Region {
     pub starts: Vec<Stand>,
     /// The ways, and where members are; without targets.
     problem: Problem,
-    /// Members and their target stands. Members that were sent the longest ago come first.
-    targets: Vec<(usize, Vec<u16>)>,
+    /// The ends of legs that are stands.
+    pub stops: Stops,
+    /// Those of members that were sent the longest ago come first.
+    targets: Vec<Target>,
+}
+
+/// The stands to which a member is to come.
+#[derive(Debug)]
+struct Target {
+    member: usize,
+    stands: Vec<u16>,
+    /// Whether no other one before has the same stands.
+    is_first: bool,
 }
 
 /// A region in the making.
 struct Draft<'a> {
     traffic: &'a Traffic<'a>,
+    stops: Stops,
     stands: Vec<Stand>,
     paths: Vec<Vec<Path>>,
     /// By leg: the stand at its end.
@@ -51,8 +68,13 @@ impl Region {
     /// Makes the region round some robots; `None` if it would be larger, or no robot in it could be
     /// led.
     pub fn around(traffic: &Traffic<'_>, robots: &[u32], size: Size) -> Option<Self> {
-        let mut draft =
-            Draft { traffic, stands: Vec::new(), paths: Vec::new(), ends: BTreeMap::new() };
+        let mut draft = Draft {
+            traffic,
+            stops: size.stops,
+            stands: Vec::new(),
+            paths: Vec::new(),
+            ends: BTreeMap::new(),
+        };
         let seeds: Vec<Stand> =
             robots.iter().filter_map(|&robot| Stand::of(traffic, robot)).collect();
         draft.spread(&seeds, size);
@@ -69,22 +91,45 @@ impl Region {
         for stand in ends.values_mut() {
             *stand = alike[usize::from(*stand)];
         }
-        let mut region = Self { stands, paths, members, starts, problem, targets: Vec::new() };
+        let (stops, targets) = (size.stops, Vec::new());
+        let mut region = Self { stands, paths, members, starts, problem, stops, targets };
         region.find_targets(traffic, &ends);
         Some(region)
     }
 
-    /// The number of members that have targets.
-    pub fn targets(&self) -> usize {
-        self.targets.len()
+    /// Begins the search of an attempt: with the targets of all members, then of half of them,
+    /// those that were sent the longest ago, and so on. Where all ends of legs are stands, at last
+    /// with the target of one after the other. `None` if there are no more attempts.
+    pub fn search(&self, attempt: usize) -> Option<Search> {
+        if let Some(alone) = attempt.checked_sub(self.joint_attempts()) {
+            let target = self.targets.get(alone).filter(|_| self.stops == Stops::All)?;
+            return Some(Search::Alone(alone::Search::new(self.problem([target]))));
+        }
+        let different = self.targets.iter().filter(|target| target.is_first);
+        let count = different.clone().count() >> attempt;
+        let problem = self.problem(different.take(count));
+        Some(Search::Joint(lacam::Search::new(problem)))
     }
 
-    /// The problem to solve, with the targets of only some members: those that were sent the
-    /// longest ago.
-    pub fn problem(&self, targets: usize) -> Problem {
+    /// The number of attempts with several targets, or where not all ends of legs are stands, with
+    /// the first one.
+    fn joint_attempts(&self) -> usize {
+        let count = self.targets.iter().filter(|target| target.is_first).count();
+        let least = if self.stops == Stops::All { 2 } else { 1 };
+        (0..usize::BITS).take_while(|halvings| count >> halvings >= least).count()
+    }
+
+    /// Whether no attempt follows one.
+    pub fn is_last(&self, attempt: usize) -> bool {
+        let alone = if self.stops == Stops::All { self.targets.len() } else { 0 };
+        attempt + 1 >= self.joint_attempts() + alone
+    }
+
+    /// The problem to solve, with some targets.
+    fn problem<'a>(&self, targets: impl IntoIterator<Item = &'a Target>) -> Problem {
         let mut problem = self.problem.clone();
-        for (member, stands) in self.targets.iter().take(targets) {
-            problem.targets[*member].clone_from(stands);
+        for target in targets {
+            problem.targets[target.member].clone_from(&target.stands);
         }
         problem
     }
@@ -97,8 +142,7 @@ impl Region {
         })
     }
 
-    /// Finds the targets of members: their goals, or the stands nearest to these. If several
-    /// members have the same target, only the one that was sent the longest ago gets it.
+    /// Finds the targets of members: their goals, or the stands nearest to these.
     fn find_targets(&mut self, traffic: &Traffic<'_>, ends: &BTreeMap<Leg, u16>) {
         let roads = traffic.roads;
         let mut times = DrivingTimes::new(roads);
@@ -129,10 +173,10 @@ impl Region {
                 secs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, node)| node)
             };
             if let Some(stands) = nearest.and_then(|node| nodes.get(&node))
-                && self.targets.iter().all(|(_, taken)| taken != stands)
                 && self.problem.secs_to(stands)[start].is_finite()
             {
-                self.targets.push((member, stands.clone()));
+                let is_first = self.targets.iter().all(|target| target.stands != *stands);
+                self.targets.push(Target { member, stands: stands.clone(), is_first });
             }
         }
     }
@@ -158,8 +202,8 @@ impl Draft<'_> {
 
     /// The number of a stand, which is added if it isn't there yet.
     fn stand(&mut self, stand: Stand) -> u16 {
-        let is_place = stand.is_place(self.traffic.roads);
-        let known = if is_place {
+        let is_stop = stand.is_stop(self.traffic.roads, self.stops);
+        let known = if is_stop {
             self.ends.get(&stand.leg).copied()
         } else {
             (0..).zip(&self.stands).find(|(_, known)| **known == stand).map(|(number, _)| number)
@@ -167,8 +211,8 @@ impl Draft<'_> {
         known.unwrap_or_else(|| {
             let number = self.stands.len() as u16;
             self.stands.push(stand);
-            self.paths.push(paths(self.traffic, stand));
-            if is_place {
+            self.paths.push(paths(self.traffic, stand, self.stops));
+            if is_stop {
                 self.ends.insert(stand.leg, number);
             }
             number
@@ -200,7 +244,7 @@ impl Draft<'_> {
     /// The ways of the region that no robot blocks that can't be led, with the stands that block
     /// each.
     fn ways(&mut self, members: &[u32]) -> Vec<Vec<Way>> {
-        let Self { traffic, stands, paths, ends } = self;
+        let Self { traffic, stands, paths, ends, .. } = self;
         let (roads, count) = (traffic.roads, stands.len());
         let states = members.iter().map(|robot| traffic.robot(*robot));
         let mut footprints: Vec<usize> =
@@ -211,6 +255,7 @@ impl Draft<'_> {
         let is_fixed = |robot: &u32| {
             members.binary_search(robot).is_err() && !traffic.robot(*robot).is_some_and(is_movable)
         };
+        let exclusive = Exclusive::new(roads, stands, &claims_of_others(traffic, members));
         let way = |number: u16, path: &Path| {
             let mut blocked_by: Vec<u16> = vec![*ends.get(&path.to)?];
             for stretch in stretches(roads, stands[usize::from(number)], &path.legs) {
@@ -227,6 +272,7 @@ impl Draft<'_> {
                     }
                 }
             }
+            blocked_by.extend(exclusive.in_way(roads, stands[usize::from(number)], &path.legs)?);
             blocked_by.sort_unstable();
             blocked_by.dedup();
             blocked_by.retain(|&stand| stand != number);
@@ -241,6 +287,12 @@ impl Draft<'_> {
         }
         all
     }
+}
+
+/// The claims of robots that aren't members.
+fn claims_of_others(traffic: &Traffic<'_>, members: &[u32]) -> Vec<Stretch> {
+    let others = traffic.robots().filter(|(robot, _)| members.binary_search(robot).is_err());
+    others.flat_map(|(robot, _)| traffic.claims.of(robot).iter().copied()).collect()
 }
 
 /// Claims of a robot on each stand, for each footprint, and of all robots that aren't members,

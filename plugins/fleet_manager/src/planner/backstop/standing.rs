@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::ways::{Stand, paths, stretches};
+use super::ways::{Stand, Stops, paths, stretches};
 use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Robot, Traffic};
@@ -139,7 +139,7 @@ fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
     }
     let in_way =
         |stretch: &Stretch| traffic.claims.in_way(traffic.roads, state.class.footprint, stretch);
-    let near = paths(traffic, stand)
+    let near = paths(traffic, stand, Stops::Places)
         .into_iter()
         .flat_map(|path| stretches(traffic.roads, stand, &path.legs));
     let mut robots: Vec<u32> = near.flat_map(|stretch| in_way(&stretch)).collect();

@@ -2,7 +2,7 @@
 
 use super::{Backstop, BackstopSettings};
 use crate::model::{Maker, Model, drive, places, worlds};
-use crate::planner::{Lanes, LanesSettings, Planner, Tea, TeaSettings};
+use crate::planner::{Committed, Lanes, LanesSettings, Planner, PlannerKind, Tea, TeaSettings};
 use crate::roads::{Leg, Roads};
 use crate::steering::Settings;
 
@@ -37,6 +37,26 @@ fn it_works_under_another_planner() {
     let model = drive("track, tea", &worlds::single_track(7), (4, 1), 1_800, tea_with_backstop);
     assert!(count(&model, "regions solved") > 0);
     assert!(model.arrivals.iter().all(|&goals| goals >= 5), "{:?}", model.arrivals);
+}
+
+/// More robots than committed ways cope with: where all stand, one after the other is helped.
+#[test]
+fn a_full_track_goes_on() {
+    let planners: [Maker; 2] =
+        [|roads| Box::new(Committed::new(roads)), |roads| PlannerKind::Committed.plain(roads)];
+    let world = worlds::single_track(7);
+    for robots in [8, 9] {
+        let [without, with] = planners.map(|planner| {
+            let settings = PlannerKind::Committed.settings();
+            let starts = places(&world, robots, 1);
+            let mut model = Model::new(&world, &starts, 1, settings, planner);
+            model.run(18_000);
+            println!("{robots} robots: {:?}; {:?}", model.arrivals, model.counts());
+            model
+        });
+        assert!(without.arrivals.contains(&0), "{:?}", without.arrivals);
+        assert!(with.arrivals.iter().all(|&goals| goals > 0), "{:?}", with.arrivals);
+    }
 }
 
 #[test]

@@ -14,8 +14,22 @@ const MOST_TRIES: usize = 200;
 /// The distance from the end of a leg at which a base counts as whole, in metres.
 const AT_END: f32 = 1e-3;
 
-/// A place on a leg where a robot is for a while: usually the end of a leg where it is only in the
-/// way of edges that meet there.
+/// The ends of legs at which robots stand for a while.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stops {
+    /// Those where a robot is only in the way of edges that meet there.
+    Places,
+    /// All of them.
+    All,
+}
+
+impl Stops {
+    fn contain(self, roads: &Roads, leg: Leg) -> bool {
+        self == Self::All || roads.is_place(leg)
+    }
+}
+
+/// A place on a leg where a robot is for a while: usually its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
     /// The leg by which it got there.
@@ -55,8 +69,8 @@ impl Stand {
     }
 
     /// Whether robots may stand there for long.
-    pub fn is_place(&self, roads: &Roads) -> bool {
-        self.is_at_end(roads) && roads.is_place(self.leg)
+    pub fn is_stop(&self, roads: &Roads, stops: Stops) -> bool {
+        self.is_at_end(roads) && stops.contain(roads, self.leg)
     }
 
     /// The claim of a robot that stands there.
@@ -70,14 +84,14 @@ fn are_turning(roads: &Roads) -> bool {
     roads.classes().iter().any(|class| class.turns)
 }
 
-/// Returns the ways from a stand to the nearest places, by driving time.
-pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
+/// Returns the ways from a stand to the nearest stops, by driving time.
+pub fn paths(traffic: &Traffic<'_>, stand: Stand, stops: Stops) -> Vec<Path> {
     let roads = traffic.roads;
     let mut paths: Vec<Path> = Vec::new();
     let rest = roads.edge(stand.leg.edge()).length - stand.to;
     let mut open =
         vec![Path { legs: Vec::new(), to: stand.leg, secs: driving_secs(roads, stand.leg, rest) }];
-    if !stand.is_at_end(roads) && roads.is_place(stand.leg) {
+    if !stand.is_at_end(roads) && stops.contain(roads, stand.leg) {
         return open;
     }
     for _ in 0..MOST_TRIES {
@@ -91,7 +105,7 @@ pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
             let mut legs = path.legs.clone();
             legs.push(next);
             let path = Path { legs, to: next, secs: path.secs + more };
-            match roads.is_place(next) {
+            match stops.contain(roads, next) {
                 true => paths.push(path),
                 false if path.legs.len() < MOST_LEGS => open.push(path),
                 false => {}

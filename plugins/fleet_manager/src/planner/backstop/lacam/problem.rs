@@ -52,19 +52,20 @@ impl Problem {
     /// Follows hops from the starts. Returns where agents are then; `None` if a hop doesn't start
     /// where its agent is, or another one is in its way.
     pub fn follow(&self, hops: &[Hop]) -> Option<Vec<u16>> {
-        let mut at = self.starts.clone();
-        for &hop in hops {
-            let (agent, way) = (usize::from(hop.agent), self.way(hop));
-            let is_free = !at
-                .iter()
-                .enumerate()
-                .any(|(other, &stand)| other != agent && way.is_blocked_by(stand));
-            if at[agent] != hop.from || !is_free {
-                return None;
-            }
-            at[agent] = way.to;
+        hops.iter().try_fold(self.starts.clone(), |at, &hop| self.after(&at, hop))
+    }
+
+    /// Returns where agents are after a hop; `None` if it doesn't start where its agent is, or
+    /// another one is in its way.
+    pub fn after(&self, at: &[u16], hop: Hop) -> Option<Vec<u16>> {
+        let (agent, way) = (usize::from(hop.agent), self.way(hop));
+        let mut others = at.iter().enumerate().filter(|(other, _)| *other != agent);
+        if at[agent] != hop.from || others.any(|(_, &stand)| way.is_blocked_by(stand)) {
+            return None;
         }
-        Some(at)
+        let mut after = at.to_vec();
+        after[agent] = way.to;
+        Some(after)
     }
 
     /// Returns the seconds from each stand to the nearest of some targets, without other robots;

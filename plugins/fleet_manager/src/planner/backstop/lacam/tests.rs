@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::{Hop, Outcome, Problem, Search, Way, shorten};
 
 /// Whether all agents can get to their targets, one hop after the other.
-fn is_solvable(problem: &Problem) -> bool {
+pub fn is_solvable(problem: &Problem) -> bool {
     let is_goal = |at: &[u16]| {
         at.iter()
             .zip(&problem.targets)
@@ -35,7 +35,7 @@ fn is_solvable(problem: &Problem) -> bool {
 }
 
 /// A problem on a few stands: ways from some to others, some of which pass near a third one.
-fn problem() -> impl Strategy<Value = Problem> {
+pub fn problem() -> impl Strategy<Value = Problem> {
     let ways = prop::collection::vec(
         (0_u16..7, 0_u16..7, prop::option::weighted(0.3, 0_u16..7), 1_u8..5),
         4..18,
