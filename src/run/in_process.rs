@@ -60,15 +60,21 @@ pub fn run(
         }
         run.with_named("observers", &names, &mut observers).for_ticks(ticks)
     };
+    let mut has_failed = false;
     let (summary, is_whole) = match outcome {
         Ok(summary) => (summary, true),
+        Err(RunError::AtEnd { summary, name, error }) => {
+            regatta_plugin::tell!("regatta: {name}: {error}");
+            has_failed = true;
+            (summary, true)
+        }
         Err(RunError::Stopped(summary)) => (summary, false),
         Err(error) => return Err(error.into()),
     };
     let results = Results::new(&summary, observers.observed());
     println!("{}", if args.json { results.json() } else { results.table() });
-    let found = results.findings.found().next().is_some();
-    Ok(match (is_whole, found) {
+    has_failed |= results.findings.found().next().is_some();
+    Ok(match (is_whole, has_failed) {
         (true, false) => ExitCode::SUCCESS,
         (true, true) => ExitCode::from(FOUND),
         (false, _) => ExitCode::FAILURE,

@@ -63,7 +63,7 @@ pub struct VariantAnswer {
     pub is_load_made_up: bool,
     /// The reason why orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
-    /// The length and the width of the robots, in metres: those of the first type.
+    /// The length and the width of the robots, in metres: those of the largest type.
     pub robot_size: [f64; 2],
     /// Edges of the layout.
     pub edges: usize,
@@ -132,6 +132,8 @@ pub struct PointAnswer {
     pub unserved: u64,
     /// Other findings of the validator in all runs, by kind.
     pub other_findings: BTreeMap<String, u64>,
+    /// Orders that were finished in all runs, the warm-ups included.
+    pub finished_orders: u64,
     /// Orders that the manager gave up, in all runs.
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
@@ -226,7 +228,7 @@ impl VariantAnswer {
             let point = &curve.points[index];
             Some(KneeAnswer {
                 robots: point.robots,
-                orders_per_hour: point.throughput()?,
+                orders_per_hour: point.counted_throughput()?,
                 half: curve.half.map_or(point.robots, |index| curve.points[index].robots),
                 is_open: curve.is_open,
                 stalls_from: curve.points[index..]
@@ -271,7 +273,7 @@ impl PointAnswer {
         Self {
             robots: point.robots,
             runs: runs.collect(),
-            orders_per_hour: point.throughput(),
+            orders_per_hour: point.counted_throughput(),
             stops_per_hour: point.interval(|run| Some(run.stops_per_hour)),
             service_mean_secs: point.interval(|run| run.service_mean_secs),
             service_p50_secs: point.interval(|run| run.service_p50_secs),
@@ -283,6 +285,7 @@ impl PointAnswer {
             contacts: point.runs.iter().map(|run| run.contacts).sum(),
             unserved: point.runs.iter().map(|run| run.unserved).sum(),
             other_findings: sums(point.runs.iter().map(|run| &run.other_findings)),
+            finished_orders: point.runs.iter().map(|run| run.finished_orders).sum(),
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
         }

@@ -132,6 +132,8 @@ pub struct Measured {
     pub unserved: u64,
     /// The validator's other findings, by kind.
     pub other_findings: BTreeMap<String, u64>,
+    /// Orders that were finished in the whole run, the warm-up included.
+    pub finished_orders: u64,
     /// Orders that the manager gave up.
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
@@ -217,6 +219,7 @@ impl Outcome {
             stalls: self.stalls.clone(),
             unserved,
             other_findings,
+            finished_orders: finished.len() as u64,
             failed_orders: *failed,
             open_orders: *open,
             wall_secs: self.wall_secs,

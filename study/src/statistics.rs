@@ -38,6 +38,13 @@ impl Interval {
         Some(Self { mean, half_width, values: count })
     }
 
+    /// Returns the interval with half of its width at least a value, unless the mean is 0.
+    #[must_use]
+    pub fn at_least(self, half_width: f64) -> Self {
+        let wider = self.half_width.map(|own| own.max(half_width)).filter(|_| self.mean > 0.0);
+        Self { half_width: wider.or(self.half_width), ..self }
+    }
+
     /// Whether half of the interval's width is at most a part of the mean's absolute value. A single
     /// value has no interval.
     pub fn is_within(&self, part: f64) -> bool {

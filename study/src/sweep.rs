@@ -68,9 +68,16 @@ impl Point {
         self.runs.iter().any(Measured::is_stalled)
     }
 
-    /// Returns the orders an hour.
+    /// Returns the orders an hour, with the interval of their spread over the runs.
     pub fn throughput(&self) -> Option<Interval> {
         self.interval(|run| Some(run.orders_per_hour))
+    }
+
+    /// Returns the orders an hour, with an interval of at least one order a run: equal counts of
+    /// few orders have no spread, but aren't exact.
+    pub fn counted_throughput(&self) -> Option<Interval> {
+        let secs = self.interval(|run| Some(run.secs))?.mean;
+        Some(self.throughput()?.at_least(3600.0 / secs.max(1.0)))
     }
 }
 
@@ -211,6 +218,7 @@ mod tests {
             stalls: Vec::new(),
             unserved: 0,
             other_findings: BTreeMap::new(),
+            finished_orders: orders_per_hour as u64,
             failed_orders: 0,
             open_orders: 0,
             wall_secs: 1.0,

@@ -18,6 +18,22 @@ pub fn strong_components(successors: &Rows<u32>) -> Vec<u32> {
     Tarjan::new(successors).run()
 }
 
+/// Returns a node of the largest component, of the nodes that
+/// [`strong_components`] returns; 0 if there are none.
+///
+/// ```
+/// use regatta_base::components::largest;
+///
+/// assert_eq!(largest(&[0, 2, 2]), 2);
+/// ```
+pub fn largest(of_node: &[u32]) -> u32 {
+    let mut sizes = vec![0_u32; of_node.len()];
+    for &node in of_node {
+        sizes[node as usize] += 1;
+    }
+    (0..).zip(sizes).max_by_key(|(_, size)| *size).map_or(0, |(node, _)| node)
+}
+
 /// Tarjan's algorithm with an explicit stack. Recursion would overflow the call stack on a long
 /// chain of nodes.
 struct Tarjan<'a> {

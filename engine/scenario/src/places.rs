@@ -52,11 +52,11 @@ pub(super) fn cut_off(groups: &[RobotGroup], graph: &RouteGraph) -> Option<Strin
     if named.is_empty() {
         return None;
     }
-    let noun = if names.len() == 1 { "robot" } else { "robots" };
+    let (noun, verb) = if names.len() == 1 { ("robot", "starts") } else { ("robots", "start") };
     Some(format!(
-        "{noun} {}{more} can't carry orders: no way leads from there to the main part of the \
-         layout and back; start them elsewhere, or connect the roads (`regatta graph check \
-         --traffic` shows the parts)",
+        "warning: {noun} {}{more} {verb} outside of the layout's main part: no way leads there and \
+         back, so that only orders of the same part can be carried; start elsewhere, or \
+         connect the roads (`regatta graph check --traffic` shows the parts)",
         named.join(", ")
     ))
 }

@@ -16,6 +16,8 @@ mod tea;
 mod tests;
 
 use clap::ValueEnum;
+use regatta_base::components::{largest, strong_components};
+use regatta_base::rows::Rows;
 use std::fmt;
 
 pub use self::backstop::{Backstop, BackstopSettings};
@@ -117,9 +119,18 @@ fn with_last_resort(planner: Committed) -> Box<dyn Planner> {
     Box::new(Backstop::new(Box::new(planner), BackstopSettings::of_last_resort()))
 }
 
-/// The share of the legs that have a leg in the opposite direction, from 0 to 1.
+/// The share of the legs that have a leg in the opposite direction, from 0 to 1. Only the largest
+/// part of the roads counts in which all nodes can be reached from each other: robots work there.
 fn two_way_share(roads: &Roads) -> f32 {
-    let legs = (0..roads.nodes()).flat_map(|node| roads.exits(node).iter().copied());
+    let parts = strong_components(&Rows::of_sorted(
+        roads.nodes() as usize,
+        (0..roads.nodes())
+            .flat_map(|node| roads.exits(node).iter().map(move |leg| (node, roads.end(*leg)))),
+    ));
+    let main = largest(&parts);
+    let nodes = (0..roads.nodes()).filter(|node| parts[*node as usize] == main);
+    let legs = nodes.flat_map(|node| roads.exits(node).iter().copied());
+    let legs = legs.filter(|leg| parts[roads.end(*leg) as usize] == main);
     let (mut all, mut two_way) = (0, 0);
     for leg in legs {
         let (start, end) = (roads.start(leg), roads.end(leg));

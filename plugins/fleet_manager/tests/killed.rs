@@ -15,9 +15,13 @@ fn places() -> Arc<Places> {
     Arc::new(Places::new((0..4).map(|id| Place { id, ..Place::default() }).collect()))
 }
 
+/// The token of the web API, which lies beside the store.
+const TOKEN: &str = "secret-token";
+
 fn settings(store: impl Into<std::path::PathBuf>) -> OrderSettings {
-    let http = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
-    OrderSettings { http, store: Some(store.into()), ..OrderSettings::default() }
+    let (http, store) = (Some(SocketAddr::from(([127, 0, 0, 1], 0))), store.into());
+    let token_file = Some(store.with_extension("token"));
+    OrderSettings { http, token_file, store: Some(store), ..OrderSettings::default() }
 }
 
 /// Not a test of its own: the child process, which serves orders until it is killed.
@@ -55,7 +59,8 @@ fn post_until_death(address: SocketAddr, client: usize, first: impl Fn()) -> usi
     let body = r#"{"destinations": [{"locationName": 1}]}"#;
     for number in 0.. {
         let head = format!(
-            "POST /v1/transportOrders/order-{client}-{number} HTTP/1.1\r\nHost: {address}\r\n"
+            "POST /v1/transportOrders/order-{client}-{number} HTTP/1.1\r\nHost: {address}\r\n\
+             Authorization: Bearer {TOKEN}\r\n"
         );
         let request = format!("{head}Content-Length: {}\r\n\r\n{body}", body.len());
         let mut answer = [0; 12];
@@ -95,6 +100,7 @@ fn finish(stream: &mut TcpStream) -> bool {
 fn every_acknowledged_order_survives_a_kill() {
     let folder = tempfile::tempdir().expect("a folder");
     let store = folder.path().join("orders.db");
+    std::fs::write(store.with_extension("token"), TOKEN).expect("written");
     let (mut child, address) = start(&store);
     let (sender, receiver) = std::sync::mpsc::channel();
     let clients: Vec<_> = (0..4)
@@ -105,6 +111,8 @@ fn every_acknowledged_order_survives_a_kill() {
             })
         })
         .collect();
+    // If a client fails, nothing is waited for.
+    drop(sender);
     // In the middle of the work of all clients.
     (0..4).for_each(|_| receiver.recv().expect("some orders are acknowledged"));
     child.kill().expect("killed");

@@ -65,6 +65,16 @@ pub enum RunError {
     /// Plugins come after each other in a circle.
     #[error("these plugins come after each other in a circle: {}", .0.join(", "))]
     Circle(Vec<String>),
+    /// The run has come to its end, and a plugin has failed then: it has findings, for example.
+    #[error("{name}: {error}")]
+    AtEnd {
+        /// The figures of the run.
+        summary: Summary,
+        /// The name of the plugin.
+        name: String,
+        /// Its error.
+        error: Error,
+    },
     /// The run was [stopped](Run::stopped_by).
     #[error("the run was stopped after {} ticks", .0.ticks)]
     Stopped(Summary),
@@ -182,10 +192,12 @@ impl<'a> Run<'a> {
             }
         }
         let outcome = drive(&mut engine, &mut plugins, &*self.is_stopped);
-        let stopped = stop(plugins);
+        let failure = stop(plugins);
         let summary = outcome?;
-        stopped?;
-        Ok(summary)
+        match failure {
+            None => Ok(summary),
+            Some((name, error)) => Err(RunError::AtEnd { summary, name, error }),
+        }
     }
 
     fn fleet(&self) -> Result<LocalFleet, OpenError> {
@@ -227,14 +239,15 @@ fn turn(plugins: &mut [Running<'_>]) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Stops all plugins, and returns the first error.
-fn stop(plugins: Vec<Running<'_>>) -> Result<(), RunError> {
-    let mut outcome = Ok(());
+/// Stops all plugins, and returns the first error with the name of its plugin.
+fn stop(plugins: Vec<Running<'_>>) -> Option<(String, Error)> {
+    let mut first = None;
     for Running { name, plugin } in plugins {
-        let stopped = plugin.stop().map_err(|error| RunError::Plugin { name, error });
-        outcome = outcome.and(stopped);
+        if let Err(error) = plugin.stop() {
+            first.get_or_insert((name, error));
+        }
     }
-    outcome
+    first
 }
 
 /// Returns the order in which plugins are called after a frame, as indices.

@@ -3,10 +3,17 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::answer::{Answer, KneeAnswer, VariantAnswer};
+use crate::answer::{Answer, KneeAnswer, PointAnswer, VariantAnswer};
 use crate::plan::robots_in_words;
 use crate::statistics::Interval;
 
+/// The least orders of a busy robot in a run for a throughput: with fewer, those that are under
+/// way at the beginning and at the end count too much.
+const LEAST_ORDERS: f64 = 3.0;
+/// The part of the knee's throughput below which more robots carry clearly less.
+const FEWER: f64 = 0.8;
+/// The part of the time with an order from which on robots are busy.
+const BUSY: f64 = 0.8;
 /// The largest number of stalls of a variant that are told; `study.json` has all.
 const MOST_STALLS: usize = 4;
 
@@ -34,15 +41,40 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
              robots that was tried is an answer.",
             robots_in_words(robots)
         ),
-        None => format!(
-            "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes \
-             longer, give a longer --duration."
-        ),
+        None => match variant.points.iter().map(|point| point.finished_orders).sum::<u64>() {
+            0 => format!(
+                "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes \
+                 longer, give a longer --duration."
+            ),
+            orders => format!(
+                "not known: {orders} orders were finished at the beginning of the runs, and none \
+                 later. The findings below tell what stopped the robots."
+            ),
+        },
     }
+}
+
+/// Returns the reason why a number of robots has finished too few orders for an answer: robots
+/// that were busy all the time, and have finished less than some orders each.
+fn too_few_orders(point: &PointAnswer) -> Option<String> {
+    let orders = point.finished_orders as f64 / point.runs.len() as f64;
+    let is_busy = point.utilisation.is_some_and(|part| part.mean > BUSY);
+    let is_few = orders < LEAST_ORDERS * f64::from(point.robots);
+    (is_busy && is_few).then(|| {
+        format!(
+            "{} finished {orders:.1} orders in a run: orders take nearly as long as a run, or \
+             longer. Give a longer --duration.",
+            robots_in_words(point.robots)
+        )
+    })
 }
 
 fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> String {
     let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from } = knee;
+    let point = variant.points.iter().find(|point| point.robots == *robots);
+    if let Some(reason) = point.and_then(too_few_orders) {
+        return format!("not known: {reason}");
+    }
     let count = robots_in_words(*robots);
     let carries = if *robots == 1 { "carries" } else { "carry" };
     if !is_known(orders_per_hour) {
@@ -64,6 +96,14 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     if *is_open {
         return of_open_end(variant, &count, &throughput, *robots);
     }
+    if let Some(fewer) = variant.points.iter().find(|point| carries_fewer(point, knee)) {
+        let more = robots_in_words(fewer.robots);
+        let orders = fewer.orders_per_hour.map_or(0.0, |interval| interval.mean);
+        return format!(
+            "{count}, which {throughput}. More carry less, as they are in each other's way: with \
+             {more}, {orders:.0} orders an hour."
+        );
+    }
     let part = answer.method.knee * 100.0;
     // Below the first number that was tried nothing is known.
     let is_half_known = half < robots && variant.points.first().is_some_and(|p| p.robots < *half);
@@ -75,6 +115,12 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
         "{count}, which {throughput}. More bring less than {part:.0} % each of what one brings \
          alone.{half}"
     )
+}
+
+/// Whether more robots than those of the knee carry clearly less.
+fn carries_fewer(point: &PointAnswer, knee: &KneeAnswer) -> bool {
+    let orders = point.orders_per_hour.map_or(0.0, |interval| interval.mean);
+    point.robots > knee.robots && orders < FEWER * knee.orders_per_hour.mean
 }
 
 /// The answer if the largest number of robots carries the most.
@@ -95,9 +141,9 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
     }
 }
 
-/// Whether an interval is no wider than its value.
+/// Whether half of an interval's width is less than its value.
 fn is_known(interval: &Interval) -> bool {
-    interval.is_within(1.0)
+    interval.half_width.is_some_and(|half_width| half_width < interval.mean)
 }
 
 /// The least number of robots that stalled in a run.
@@ -120,6 +166,7 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         }
         caveats.extend(failures(variant).map(|failures| format!("{name}{failures}")));
         caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
+        caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
         if variant.unserved > 0 {
             caveats.push(format!(
@@ -152,6 +199,22 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     Some(format!(
         "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: orders come \
          faster than they are carried."
+    ))
+}
+
+/// Tells that the robots of the knee carry all orders that come, so that more can't carry more.
+fn enough(variant: &VariantAnswer) -> Option<String> {
+    let knee = variant.knee.as_ref()?;
+    let point = variant.points.iter().find(|point| point.robots == knee.robots)?;
+    let is_idle = point.utilisation.is_some_and(|part| part.mean < BUSY);
+    if variant.is_load_made_up || !is_idle {
+        return None;
+    }
+    Some(format!(
+        "**The load is the limit**: {} had an order {:.0} % of the time. The answer is what came, \
+         not what they can carry.",
+        robots_in_words(point.robots),
+        point.utilisation?.mean * 100.0
     ))
 }
 

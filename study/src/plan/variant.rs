@@ -142,11 +142,17 @@ impl Variant {
         largest.unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the length and the width of the first robot type, in metres.
+    /// Returns the length and the width of the largest robot type in use, in metres.
     pub fn size(&self) -> [f64; 2] {
+        let sizes = self.types.iter().map(|share| self.size_of(share.name.as_deref()));
+        let area = |[length, width]: &[f64; 2]| length * width;
+        sizes.max_by(|a, b| area(a).total_cmp(&area(b))).unwrap_or(DEFAULT_SIZE)
+    }
+
+    /// Returns the length and the width of a robot type, the first one by default.
+    fn size_of(&self, name: Option<&str>) -> [f64; 2] {
         let mut types = self.setup.robot_types.iter().flatten();
-        let first = self.types.first().and_then(|share| share.name.as_deref());
-        let kind = types.find(|kind| first.is_none_or(|name| kind.name == name));
+        let kind = types.find(|kind| name.is_none_or(|name| kind.name == name));
         let length = kind.and_then(|kind| kind.rest.get(LENGTH)?.as_f64());
         let width = kind.and_then(|kind| kind.width.as_ref()?.as_f64());
         [length.unwrap_or(DEFAULT_SIZE[0]), width.unwrap_or(DEFAULT_SIZE[1])]

@@ -98,6 +98,21 @@ impl Components {
         main
     }
 
+    /// Returns the component with the most of some nodes; of equal ones, and without any node, as
+    /// [`main`](Self::main).
+    pub fn around(&self, graph: &RouteGraph, wanted: &[NodeIndex]) -> u32 {
+        let mut counts = vec![0_u32; self.sizes.len()];
+        for node in wanted {
+            counts[self.of_node[node.0 as usize] as usize] += 1;
+        }
+        let main = self.main(graph);
+        let most = counts.iter().copied().max().unwrap_or(0);
+        if counts.get(main as usize).is_none_or(|count| *count == most) {
+            return main;
+        }
+        counts.iter().zip(0..).find(|(count, _)| **count == most).map_or(main, |(_, part)| part)
+    }
+
     /// Numbers components in the order of their first nodes. `representatives` has a node of each
     /// node's component.
     fn numbered(representatives: &[u32]) -> Self {

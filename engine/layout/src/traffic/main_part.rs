@@ -41,7 +41,13 @@ pub struct LeftOut {
 impl MainPart {
     /// Returns the main part of a layout; `None` if it has no edge.
     pub fn of(graph: &RouteGraph) -> Option<Self> {
-        let network = Network::new(graph);
+        Self::around(graph, &[])
+    }
+
+    /// Returns the part with the most of some nodes, such as the stops of a load; the main part if
+    /// there are none. `None` if it has no edge.
+    pub fn around(graph: &RouteGraph, wanted: &[NodeIndex]) -> Option<Self> {
+        let network = Network::around(graph, wanted);
         let names = station_names(graph);
         let left_out = left_out(graph, &parts(&network, &names));
         Some(Self { graph: restricted(graph, &network)?, left_out })
@@ -196,6 +202,18 @@ mod tests {
         {
             let part = main_part(&ids(roles)).expect("a part");
             assert_eq!(part.graph.nodes().len(), nodes, "{roles:?}");
+        }
+    }
+
+    #[test]
+    fn the_part_with_the_wanted_nodes_is_taken() {
+        let text = "id,x,y,role\nA,0,0,pick\nB,9,0,drop\nC,0,5,\nD,9,5,\n\nfrom,to\nA,B\nB,A\n\
+                    C,D\nD,C\n";
+        let (graph, _) = parse(text, "plant.csv", &ReadOptions::default()).expect("a graph");
+        for (wanted, first) in [(vec![], "A"), (vec![0, 2], "A"), (vec![2], "C")] {
+            let wanted: Vec<NodeIndex> = wanted.into_iter().map(NodeIndex).collect();
+            let part = MainPart::around(&graph, &wanted).expect("a part");
+            assert_eq!(part.graph.nodes()[0].name(), Some(first), "{wanted:?}");
         }
     }
 

@@ -43,10 +43,15 @@ pub enum Search {
 impl<'g> Network<'g> {
     /// Sorts the legs of a graph.
     pub fn new(graph: &'g RouteGraph) -> Self {
+        Self::around(graph, &[])
+    }
+
+    /// Sorts the legs of a graph whose main part is the one with the most of some nodes.
+    pub fn around(graph: &'g RouteGraph, wanted: &[NodeIndex]) -> Self {
         let arrivals = legs(graph.edges()).map(|leg| (graph.leg_end(leg).0, leg)).collect();
         let arrivals = Rows::by_row(graph.nodes().len(), arrivals);
         let parts = Components::strong(graph);
-        let main = parts.main(graph);
+        let main = parts.around(graph, wanted);
         Self { graph, arrivals, parts, main }
     }
 

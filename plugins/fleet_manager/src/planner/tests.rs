@@ -4,7 +4,7 @@ use super::{Fallback, Planner, PlannerKind, Plans, two_way_share};
 use crate::model::{drive, worlds};
 use crate::roads::Roads;
 use crate::traffic::Traffic;
-use regatta_plugin::world::WorldData;
+use regatta_plugin::world::{Orientation, WorldData};
 
 /// The name of the planner that is chosen for some robots.
 fn chosen(world: &WorldData, robots: usize) -> String {
@@ -18,6 +18,14 @@ fn single_tracks_get_committed_ways_unless_they_are_overfull() {
     let track = worlds::single_track(7);
     assert!(chosen(&track, 6).contains("planner: Committed"), "six rest places");
     assert!(chosen(&track, 40).contains("planner: Lanes"));
+}
+
+#[test]
+fn a_single_track_elsewhere_does_not_count() {
+    let points = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [50.0, 0.0], [59.0, 0.0]];
+    let edges = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 4]];
+    let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+    assert!(!chosen(&world, 1).contains("Committed"), "the ring is driven one way");
 }
 
 /// A planner that plans nothing.

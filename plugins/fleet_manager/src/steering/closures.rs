@@ -1,7 +1,7 @@
 //! Closures: legs that robots out of service block, edges that a command closes, and nodes that
 //! robots could not leave again.
 
-use regatta_base::components::strong_components;
+use regatta_base::components::{largest, strong_components};
 use regatta_base::rows::Rows;
 use regatta_plugin::closure::ClosedEdge;
 
@@ -172,18 +172,9 @@ impl Main {
         let back = ways.iter().map(|(start, end)| (*end, *start)).collect();
         let nodes = roads.nodes() as usize;
         let (ahead, behind) = (Rows::new(nodes, ways), Rows::new(nodes, back));
-        let seed = member_of_largest(&strong_components(&ahead));
+        let seed = largest(&strong_components(&ahead));
         Self { ahead: reachable(&ahead, seed), behind: reachable(&behind, seed) }
     }
-}
-
-/// Returns a member of the largest component, given one of the component of each node.
-fn member_of_largest(components: &[u32]) -> u32 {
-    let mut sizes = vec![0_u32; components.len()];
-    for &member in components {
-        sizes[member as usize] += 1;
-    }
-    (0..).zip(sizes).max_by_key(|(_, size)| *size).map_or(0, |(member, _)| member)
 }
 
 /// Returns for each node whether it can be reached from one, given the neighbours of each.

@@ -5,21 +5,27 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use regatta_layout::traffic::MainPart;
-use regatta_layout::{EdgeChange, RouteGraph};
+use regatta_layout::{EdgeChange, NodeIndex, RouteGraph};
 use serde_json::Value;
 
 use super::Variant;
 use crate::plan::PlanError;
 use crate::plan::scenario::Load;
 
+/// The keys of a load with stops.
+const STOPS: [&str; 3] = ["from", "to", "among"];
+
 impl Variant {
-    /// Sets the roads: the main part of the whole layout.
+    /// Sets the roads: the main part of the whole layout, which is that with the most stops that
+    /// the load names.
     ///
     /// # Errors
     /// [`PlanError::NoWayBack`] if robots can't come back anywhere, or as
     /// [`keep_load`](Self::keep_load).
     pub(super) fn set_roads(&mut self) -> Result<(), PlanError> {
-        let Some(main) = MainPart::of(&self.whole) else {
+        let named = self.setup.load.as_ref().map(named_labels).unwrap_or_default();
+        let wanted = nodes_of(&self.whole, &named);
+        let Some(main) = MainPart::around(&self.whole, &wanted) else {
             return Err(PlanError::NoWayBack { file: self.file.clone() });
         };
         let labels = labels(&self.whole).difference(&labels(&main.graph)).cloned().collect();
@@ -48,21 +54,65 @@ impl Variant {
     /// # Errors
     /// [`PlanError::Setting`] if nothing is left of a group.
     fn keep_load(&mut self, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
-        match &mut self.setup.load {
-            Some(load) => prune(load, left_out),
-            None => Ok(()),
+        if let Some(load) = &mut self.setup.load {
+            let generators = prune(load, left_out)?;
+            self.left_out.extend(generators);
+        }
+        Ok(())
+    }
+}
+
+/// Returns the labels by which a load names nodes: their names and ids, and the names of stations.
+fn labels(graph: &RouteGraph) -> BTreeSet<String> {
+    let ids = graph.nodes().iter().map(|node| node.id.to_string());
+    let names = graph.nodes().iter().filter_map(|node| node.name().map(str::to_owned));
+    let stations = graph.stations().iter().map(|station| station.name.clone());
+    ids.chain(names).chain(stations).collect()
+}
+
+/// Returns the nodes with some labels: ids, names of nodes or names of stations.
+fn nodes_of(graph: &RouteGraph, labels: &BTreeSet<String>) -> Vec<NodeIndex> {
+    let mut nodes = BTreeSet::new();
+    for (node, index) in graph.nodes().iter().zip((0..).map(NodeIndex)) {
+        let is_named = node.name().is_some_and(|name| labels.contains(name));
+        if is_named || labels.contains(&node.id.to_string()) {
+            nodes.insert(index);
+        }
+    }
+    for station in graph.stations().iter().filter(|station| labels.contains(&station.name)) {
+        nodes.extend(&station.nodes);
+    }
+    nodes.into_iter().collect()
+}
+
+/// Returns the labels of nodes that a load names one by one, with some other words among them.
+fn named_labels(load: &Load) -> BTreeSet<String> {
+    let mut labels = BTreeSet::new();
+    if let Some(Value::Object(groups)) = load.rest.get("groups") {
+        for nodes in groups.values() {
+            add_labels(nodes, &mut labels);
+        }
+    }
+    for load in std::iter::once(load).chain(load.generators.iter().flatten()) {
+        for nodes in STOPS.iter().filter_map(|key| load.rest.get(*key)) {
+            add_labels(nodes, &mut labels);
+        }
+    }
+    labels
+}
+
+fn add_labels(nodes: &Value, labels: &mut BTreeSet<String>) {
+    match nodes {
+        Value::Array(nodes) => labels.extend(nodes.iter().map(label)),
+        node => {
+            labels.insert(label(node));
         }
     }
 }
 
-/// Returns the labels by which a load names nodes: their names and ids.
-fn labels(graph: &RouteGraph) -> BTreeSet<String> {
-    let ids = graph.nodes().iter().map(|node| node.id.to_string());
-    let names = graph.nodes().iter().filter_map(|node| node.name().map(str::to_owned));
-    ids.chain(names).collect()
-}
-
-fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
+/// Takes nodes out of a load. Returns the generators that have lost all of their stops, in words:
+/// they are taken out, too.
+fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, PlanError> {
     if let Some(Value::Object(groups)) = load.rest.get_mut("groups") {
         for (name, nodes) in groups {
             prune_list(&format!("group {name}"), nodes, left_out)?;
@@ -73,10 +123,22 @@ fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<(), PlanError> 
         _ => BTreeSet::new(),
     };
     prune_stops(load, &groups, left_out)?;
-    for generator in load.generators.iter_mut().flatten() {
-        prune_stops(generator, &groups, left_out)?;
+    let Some(generators) = &mut load.generators else { return Ok(Vec::new()) };
+    let (mut kept, mut lost, mut error) = (Vec::new(), Vec::new(), None);
+    for (mut generator, number) in std::mem::take(generators).into_iter().zip(1..) {
+        match prune_stops(&mut generator, &groups, left_out) {
+            Ok(()) => kept.push(generator),
+            Err(reason) => {
+                lost.push(format!("generator {number} of the load, whose stops are cut off"));
+                error = error.or(Some(reason));
+            }
+        }
     }
-    Ok(())
+    *generators = kept;
+    match error.filter(|_| generators.is_empty()) {
+        Some(error) => Err(error),
+        None => Ok(lost),
+    }
 }
 
 /// Takes nodes out of the stops of a generator. `groups` are the names of groups of nodes.
@@ -85,7 +147,7 @@ fn prune_stops(
     groups: &BTreeSet<String>,
     left_out: &BTreeSet<String>,
 ) -> Result<(), PlanError> {
-    for key in ["from", "to", "among"] {
+    for key in STOPS {
         let Some(nodes) = load.rest.get_mut(key) else { continue };
         prune_list(key, nodes, left_out)?;
         let name = label(nodes);

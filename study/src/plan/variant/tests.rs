@@ -79,6 +79,48 @@ fn a_load_keeps_the_stations_that_take_part() {
     assert!(error.contains("group in") && !error.contains('\n'), "{error}");
 }
 
+/// A ring with a pick and a drop, another one with more of them, and a dead end.
+const TWO_RINGS: &str = "id,x,y,role\nP1,0,0,pick\nD1,9,0,drop\nC,9,9,\nP2,50,0,pick\n\
+    P3,59,0,pick\nD2,59,9,drop\nT,0,9,drop\n\nfrom,to\nP1,D1\nD1,C\nC,P1\nP2,P3\nP3,D2\nD2,P2\n\
+    C,T\n";
+
+fn with_load(load: &str) -> Result<Variant, PlanError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("plant.csv"), TWO_RINGS).expect("written");
+    let path = folder.path().join("s.yaml");
+    let robots = "robots: [{count: 2, routes: none}]";
+    std::fs::write(&path, format!("graph: plant.csv\n{robots}\nload: {load}\n")).expect("written");
+    Variant::read(&path, &ReadOptions::default())
+}
+
+#[test]
+fn the_roads_are_those_on_which_the_load_is() {
+    let first = |load: &str| {
+        let variant = with_load(load).expect(load);
+        variant.graph.nodes()[0].name().map(str::to_owned)
+    };
+    assert_eq!(first("{endless: robots}").as_deref(), Some("P2"), "it has more pairs");
+    assert_eq!(first("{endless: robots, from: [P1], to: D1}").as_deref(), Some("P1"));
+    let named = "{groups: {out: [D1, T]}, endless: robots, from: P1, to: out}";
+    let named = with_load(named).expect("a variant");
+    assert_eq!(setup(&named)["load"]["groups"], json!({"out": ["D1"]}));
+}
+
+#[test]
+fn a_generator_on_other_roads_is_left_out_and_told() {
+    let load = |first: &str| {
+        format!(
+            "{{generators: [{{per_hour: 9, from: [{first}], to: [T]}}, {{per_hour: 9, from: [P2], \
+             to: [D2]}}]}}"
+        )
+    };
+    let kept = with_load(&load("P1")).expect("a variant");
+    let generators = setup(&kept)["load"]["generators"].clone();
+    assert_eq!(generators, json!([{"per_hour": 9, "from": ["P2"], "to": ["D2"]}]));
+    let told = &kept.left_out;
+    assert!(told.iter().any(|part| part.starts_with("generator 1 of the load")), "{told:?}");
+}
+
 #[test]
 fn settings_change_what_they_name() {
     let with = |setting, value: Value| {
