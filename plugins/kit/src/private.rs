@@ -119,14 +119,14 @@ mod tests {
         for (content, reason) in [
             ("short\n".to_owned(), "at least 8"),
             ("with a space".to_owned(), "visible"),
-            ("x".repeat(5000), "more than 4096"),
+            ("x".repeat(5000), "at most 4 KiB"),
         ] {
             std::fs::write(&path, content).expect("written");
             let error = read_token(&path).expect_err(reason).to_string();
             assert!(error.contains(reason), "{error}");
         }
         let error = read_token(folder.path()).expect_err("a folder").to_string();
-        assert!(error.contains("not a regular file"), "{error}");
+        assert!(error.contains("this is a folder"), "{error}");
         #[cfg(unix)]
         read_token(Path::new("/dev/zero")).expect_err("a device");
         read_token(&folder.path().join("none")).expect_err("no file");
