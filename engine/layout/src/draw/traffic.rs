@@ -111,10 +111,11 @@ impl Map<'_> {
             let line = svg.element("path").fill("none").stroke(Matter::Ring.colour(), 2.0);
             line.set("stroke-dasharray", "6 4").polylines([corners]);
         }
-        for (matter, more) in [(Matter::BlockingStation, 4.0), (Matter::Ring, 7.5)] {
+        for (matter, more) in [(Matter::BlockingStation, 2.5), (Matter::Ring, 5.5)] {
             for node in nodes(matter, certificate) {
-                let circle = svg.circle(self.at(node), self.station_size() + more);
-                circle.fill("none").stroke(matter.colour(), 2.5);
+                let radius = self.reach(self.graph.node(node)) + more;
+                let circle = svg.circle(self.at(node), radius);
+                circle.fill("none").stroke(matter.colour(), 2.0);
             }
         }
     }

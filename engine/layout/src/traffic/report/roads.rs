@@ -20,7 +20,7 @@ impl Writer<'_> {
         };
         let message = match most.at_nodes.robots {
             0 => "no robot of the main part can be under way: no way leads from a node and back \
-                  to it; add edges back, or allow reverse gear"
+                  to it; add edges back, allow reverse gear, or raise speeds that are too slow"
                 .to_owned(),
             robots => format!(
                 "at most {} of the main part can be under way while they stop at nodes \

@@ -175,6 +175,23 @@ fn a_crawling_edge_is_too_slow_and_not_missing() {
 }
 
 #[test]
+fn without_a_way_back_no_robot_is_under_way() {
+    let said = lines("id,x,y\nA,0,0\nB,9,0\n\nfrom,to,speed\nA,B,1\nB,A,0.001\n");
+    assert_line(
+        &said,
+        "under-way: no robot of the main part can be",
+        &["speeds that are too slow"],
+    );
+    assert_line(
+        &said,
+        "part: 1 node (`B`) can't be left",
+        &["edge 2 is too slow to count as a way"],
+    );
+    let is_other = |line: &String| line.contains("it holds") || line.starts_with("ring");
+    assert!(!said.iter().any(is_other), "{said:#?}");
+}
+
+#[test]
 fn nodes_of_the_same_name_have_their_ids() {
     let node = |id: u32, name: &str| {
         format!("- {{Id: {id}, X: {}, Y: 0, Theta: 0, Name: {name}}}\n", 10 * id)
