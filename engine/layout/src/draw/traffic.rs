@@ -123,7 +123,7 @@ impl Map<'_> {
     /// The height of the legend of a certificate in pixels: none if there is nothing to draw.
     pub(super) fn traffic_legend(&self, certificate: &Certificate) -> f64 {
         let rows = self.found(certificate).len().div_ceil(self.entries_per_row());
-        ROW * rows as f64
+        if rows == 0 { 0.0 } else { ROW * rows as f64 + 8.0 }
     }
 
     /// Writes the meaning of what is drawn, below the map.
@@ -131,7 +131,7 @@ impl Map<'_> {
         let per_row = self.entries_per_row();
         for (place, matter) in self.found(certificate).into_iter().enumerate() {
             let (row, column) = ((place / per_row) as f64, (place % per_row) as f64);
-            let left = DVec2::new(MARGIN + ENTRY * column, self.size.y + ROW * row + 4.0);
+            let left = DVec2::new(MARGIN + ENTRY * column, self.size.y + ROW * row + 8.0);
             match matter.symbol() {
                 Symbol::Band => {
                     svg.rect(left - DVec2::new(0.0, 4.0), DVec2::new(24.0, 8.0))

@@ -48,8 +48,8 @@ pub struct Section {
     pub dead_ends: Vec<NodeIndex>,
     /// The shape of its tracks.
     pub shape: Shape,
-    /// Whether two robots can exchange their places on it. It is known of a path, and searched on
-    /// small sections without ends.
+    /// Whether two robots can exchange their places on it, if it has no ends: it is known of a
+    /// path, and searched on sections of at most 16 nodes.
     pub exchange: Exchange,
     /// The length of its tracks, in metres.
     pub metres: f64,
@@ -209,13 +209,13 @@ fn shape(tracks: &Tracks, found: &[u32], nodes: usize) -> Shape {
 }
 
 fn exchange(passing: &Passing<'_>, shape: Shape, nodes: &[u32], ends: &[u32]) -> Exchange {
-    if shape == Shape::Path {
-        return Exchange::Never;
+    match shape {
+        _ if !ends.is_empty() => Exchange::Unknown,
+        Shape::Path => Exchange::Never,
+        Shape::Tree | Shape::Ring if nodes.len() > MOST_NODES => Exchange::Unknown,
+        _ if passing.can_exchange(nodes) => Exchange::Possible,
+        _ => Exchange::Never,
     }
-    if !ends.is_empty() || nodes.len() > MOST_NODES {
-        return Exchange::Unknown;
-    }
-    if passing.can_exchange(nodes) { Exchange::Possible } else { Exchange::Never }
 }
 
 /// Whether other roads than some tracks meet a node.

@@ -123,6 +123,24 @@ fn nothing_is_called_safe_that_a_zone_stops() {
 }
 
 #[test]
+fn a_zone_makes_the_room_of_a_section_a_bound() {
+    let node = |id: u32| format!("- {{Id: {id}, X: {}, Y: 0, Theta: 0}}\n", 10 * id);
+    let edge = |id: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {id}, Destination_ID: {}, CurveType: Linear, \
+             VelocityForward: 1, VelocityBackwards: 1}}\n",
+            id + 1
+        )
+    };
+    let road =
+        format!("Vertices:\n{}{}{}Edges:\n{}{}", node(1), node(2), node(3), edge(1), edge(2));
+    let zoned = format!("{road}Zones:\n- {{Name: Door, Rule: same_direction, Edges: [1, 2]}}\n");
+    assert_line(&lines(&road), "section: ", &["it holds 3 robots at its nodes"]);
+    assert_line(&lines(&zoned), "section: ", &["it holds at most 3 robots at its nodes"]);
+    assert_line(&lines(&zoned), "zone: 1 zone (`Door`: one direction at a time)", &[]);
+}
+
+#[test]
 fn on_a_ring_robots_exchange_places_by_going_round() {
     let ring = "id,x,y\n1,0,0\n2,10,0\n3,10,10\n4,0,10\n\nfrom,to,speed\n\
                 1,2,1\n2,1,1\n2,3,1\n3,2,1\n3,4,1\n4,3,1\n4,1,1\n1,4,1\n";
