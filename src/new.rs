@@ -1,13 +1,13 @@
 //! `regatta new`: makes a folder with everything to run a layout.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use regatta_base::file;
-use regatta_layout::RouteGraph;
-use regatta_layout::traffic::{Certificate, RobotType};
+use regatta_layout::traffic::{Certificate, MainPart, RobotType};
+use regatta_layout::{NodeIndex, Role, RouteGraph};
 use regatta_scenario::{default_scenario, limits};
 
 use crate::arguments::LayoutArgs;
@@ -108,23 +108,36 @@ fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
 fn counts(graph: &RouteGraph) -> String {
     let edges = with_plural(graph.edges().len(), "edge");
     let nodes = with_plural(graph.nodes().len(), "node");
-    format!("{edges}, {nodes}, {}", with_plural(graph.stations().len(), "station"))
+    format!("{edges}, {nodes}, {}", with_plural(stations(graph), "station"))
+}
+
+/// The number of stations, and of nodes with a role that are no station's.
+fn stations(graph: &RouteGraph) -> usize {
+    let of_stations: BTreeSet<_> =
+        graph.stations().iter().flat_map(|station| &station.nodes).copied().collect();
+    let nodes = (0..).map(NodeIndex).zip(graph.nodes());
+    let alone =
+        nodes.filter(|(index, node)| node.role != Role::None && !of_stations.contains(index));
+    graph.stations().len() + alone.count()
 }
 
 fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
     let words = std::iter::once(name.to_owned()).chain(layout.to_args());
     let plant = words.map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
+    let (fleet, load) = match MainPart::of(graph) {
+        Some(_) => ("a fleet that carries made-up orders", "the number of robots and the load"),
+        None => ("robots on random routes, without a manager", "and the number of robots"),
+    };
     format!(
         "# {name}\n\n\
          A layout of {}, and a scenario for it.\n\n\
          ```console\n\
-         $ regatta run scenario.yaml                # a fleet that carries made-up orders\n\
+         $ regatta run scenario.yaml                # {fleet}\n\
          $ regatta graph check {plant} --traffic     # what can't be read, and what robots can't \
          do\n\
          $ regatta graph draw {plant} -o map.svg\n\
          ```\n\n\
-         `scenario.yaml` has the robot types (size, speed, acceleration, rotation), the number of \
-         robots and the load:\n\
+         `scenario.yaml` has the robot types (size, speed, acceleration, rotation), {load}:\n\
          change them to those of your plant.\n{}",
         counts(graph),
         allowed(graph)

@@ -40,7 +40,7 @@ pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCod
                 with_plural(graph.nodes().len(), "node")
             );
             let robot = traffic.robot()?;
-            let traffic = robot.map(|robot| Traffic::new(&graph, &robot));
+            let traffic = robot.map(|robot| Traffic::new(&graph, robot.into()));
             Checked { traffic, ..Checked::route_graph(Some(content), findings) }
         }
         Err(_) if is_scenario(&text) => check_scenario(&text, file, traffic)?,
@@ -68,7 +68,7 @@ fn check_scenario(
             let edges = with_plural(scenario.graph.edges().len(), "edge");
             let content = Some(format!("{robots} on {edges}"));
             let robot = traffic.robot_of(&scenario)?;
-            let traffic = robot.map(|robot| Traffic::new(&scenario.graph, &robot));
+            let traffic = robot.map(|robot| Traffic::new(&scenario.graph, robot));
             Ok(Checked { content, scenario_warnings: scenario.warnings, traffic, ..checked })
         }
         Err(ScenarioError::Graph(GraphError::Invalid(findings))) => {

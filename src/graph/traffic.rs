@@ -1,5 +1,7 @@
 //! `--traffic` of `regatta graph check` and `regatta graph draw`: what a layout allows robots.
 
+use std::collections::BTreeSet;
+
 use clap::Args;
 use regatta_layout::traffic::{
     Certainty, Certificate, Remark, RobotType, RobotTypeError, Topic, Turning,
@@ -20,10 +22,10 @@ pub struct TrafficArgs {
     /// way
     #[arg(long)]
     traffic: bool,
-    /// Length of robots; 0.9, or that of a scenario's robots, if not given
+    /// Length of robots; 0.9, or that of a scenario's largest robots, if not given
     #[arg(long, value_name = "METRES", requires = "traffic")]
     length: Option<f64>,
-    /// Width of robots; 0.6, or that of a scenario's robots, if not given
+    /// Width of robots; 0.6, or that of a scenario's largest robots, if not given
     #[arg(long, value_name = "METRES", requires = "traffic")]
     width: Option<f64>,
     /// Robots never turn on the spot
@@ -40,12 +42,23 @@ impl TrafficArgs {
         Ok(if self.traffic { Some(self.robot_like(RobotType::default())?) } else { None })
     }
 
-    /// The same for the layout of a scenario: what isn't given is that of its robots.
+    /// The same for the layout of a scenario: what isn't given is that of its largest
+    /// robots.
     ///
     /// # Errors
     /// Returns an error if a size is out of range.
-    pub fn robot_of(&self, scenario: &Scenario) -> Result<Option<RobotType>, Failure> {
-        Ok(if self.traffic { Some(self.robot_like(default_robot(scenario)?)?) } else { None })
+    pub fn robot_of(&self, scenario: &Scenario) -> Result<Option<NamedRobot>, Failure> {
+        if !self.traffic {
+            return Ok(None);
+        }
+        let largest = largest_robot(scenario)?;
+        let name = if self.has_size() { None } else { largest.name };
+        Ok(Some(NamedRobot { robot: self.robot_like(largest.robot)?, name }))
+    }
+
+    /// Whether a size is given.
+    fn has_size(&self) -> bool {
+        self.length.is_some() || self.width.is_some()
     }
 
     fn robot_like(&self, default: RobotType) -> Result<RobotType, RobotTypeError> {
@@ -56,23 +69,51 @@ impl TrafficArgs {
     }
 }
 
-/// Returns the type of a scenario's first robots; a circle counts as the square around it.
+/// The robots that a certificate is about.
+pub struct NamedRobot {
+    pub robot: RobotType,
+    /// Their type in words, if it is one of a scenario.
+    name: Option<String>,
+}
+
+impl From<RobotType> for NamedRobot {
+    fn from(robot: RobotType) -> Self {
+        Self { robot, name: None }
+    }
+}
+
+/// Returns the type of a scenario's robots with the largest footprint, the first one of equal ones.
 ///
 /// # Errors
-/// Returns an error if they are too large or too small for a certificate.
-fn default_robot(scenario: &Scenario) -> Result<RobotType, RobotTypeError> {
-    let first = scenario.groups.first();
-    let Some(robot) = first.and_then(|group| scenario.robot_types.get(group.robot_type as usize))
-    else {
-        return Ok(RobotType::default());
+/// Returns an error if it is too large or too small for a certificate.
+fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
+    let in_use: BTreeSet<u16> = scenario.groups.iter().map(|group| group.robot_type).collect();
+    let types = in_use.iter().filter_map(|&index| scenario.robot_types.get(index as usize));
+    let largest = types.rev().max_by(|a, b| area(a).total_cmp(&area(b)));
+    let Some(largest) = largest else { return Ok(RobotType::default().into()) };
+    let [length, width] = sides(largest);
+    let turning =
+        if largest.max_rotation_speed > 0.0 { Turning::OnTheSpot } else { Turning::Never };
+    let others = match in_use.len() {
+        1 => String::new(),
+        types => format!(", the largest of {types} in use"),
     };
+    let name = Some(format!("type `{}`{others}", largest.name));
+    Ok(NamedRobot { robot: RobotType::new(length, width, turning)?, name })
+}
+
+fn area(robot: &regatta_scenario::RobotType) -> f64 {
+    let [length, width] = sides(robot);
+    length * width
+}
+
+/// Returns the length and the width in metres; a circle counts as the square around it.
+fn sides(robot: &regatta_scenario::RobotType) -> [f64; 2] {
     let length = micrometres(robot.length);
-    let width = match robot.shape {
-        Shape::Rectangle => micrometres(robot.width),
-        Shape::Circle => length,
-    };
-    let turning = if robot.max_rotation_speed > 0.0 { Turning::OnTheSpot } else { Turning::Never };
-    RobotType::new(length, width, turning)
+    match robot.shape {
+        Shape::Rectangle => [length, micrometres(robot.width)],
+        Shape::Circle => [length; 2],
+    }
 }
 
 /// Rounds metres to micrometres: 0.9 in single precision is 0.9 then.
@@ -82,7 +123,7 @@ fn micrometres(metres: f32) -> f64 {
 
 /// What a layout allows robots.
 pub struct Traffic {
-    robot: RobotType,
+    robot: NamedRobot,
     safe_robots: Option<u32>,
     remarks: Vec<(Remark, Names)>,
 }
@@ -95,8 +136,8 @@ struct Names {
 
 impl Traffic {
     /// Examines a layout.
-    pub fn new(graph: &RouteGraph, robot: &RobotType) -> Self {
-        let certificate = Certificate::new(graph, robot);
+    pub fn new(graph: &RouteGraph, robot: NamedRobot) -> Self {
+        let certificate = Certificate::new(graph, &robot.robot);
         let remarks = certificate.remarks(graph).into_iter();
         let remarks = remarks.map(|remark| {
             let names = Names {
@@ -106,19 +147,21 @@ impl Traffic {
             (remark, names)
         });
         let safe_robots = certificate.safe_robots();
-        Self { robot: *robot, safe_robots, remarks: remarks.collect() }
+        Self { robot, safe_robots, remarks: remarks.collect() }
     }
 
     /// Returns a line about the robots, and one for each remark, the first ones of each topic.
     pub fn lines(&self) -> Vec<String> {
-        let turns = match self.robot.turning() {
+        let NamedRobot { robot, name } = &self.robot;
+        let turns = match robot.turning() {
             Turning::OnTheSpot => "that turn on the spot",
             Turning::Never => "that never turn on the spot",
         };
+        let name = name.as_ref().map_or_else(String::new, |name| format!("{name}; "));
         let mut lines = vec![format!(
-            "traffic of robots of {} m × {} m {turns} (--length, --width, --no-turns):",
-            self.robot.length(),
-            self.robot.width()
+            "traffic of robots of {} m × {} m {turns} ({name}--length, --width, --no-turns):",
+            robot.length(),
+            robot.width()
         )];
         for remarks in self.remarks.chunk_by(|a, b| a.0.topic == b.0.topic) {
             let shown = remarks.iter().take(MOST_LINES);
@@ -135,7 +178,12 @@ impl Traffic {
     pub fn json(&self) -> Value {
         let remarks: Vec<Value> =
             self.remarks.iter().map(|(remark, names)| remark_json(remark, names)).collect();
-        json!({"robot": self.robot, "safe_robots": self.safe_robots, "remarks": remarks})
+        json!({
+            "robot": self.robot.robot,
+            "robot_type": self.robot.name,
+            "safe_robots": self.safe_robots,
+            "remarks": remarks,
+        })
     }
 }
 

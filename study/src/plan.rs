@@ -96,7 +96,8 @@ pub enum PlanError {
     /// No two nodes can be reached from each other.
     #[error(
         "{file}: no road leads back to where it began, so that robots could work there only once: \
-         add edges, or allow reverse gear; `regatta graph check` shows more",
+         add edges, allow reverse gear, or raise speeds under 0.01 m/s, which are too slow to \
+         count; `regatta graph check --traffic` shows more",
         file = file.display()
     )]
     NoWayBack {

@@ -427,3 +427,45 @@ fn a_scenario_is_examined_for_its_robots() {
     let expected = "traffic of robots of 0.9 m × 0.6 m that never turn on the spot";
     assert!(output.status.success() && printed.contains(expected), "{printed}");
 }
+
+#[test]
+fn a_scenario_is_examined_for_the_largest_robots_in_use() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("two-types.yaml");
+    let square = graphs("square.yaml");
+    let scenario = format!(
+        "graph: {}\nrate: 50\nrobot_types:\n\
+         - {{name: small, length: 0.5, width: 0.4}}\n\
+         - {{name: tugger, length: 1.5, width: 0.8}}\n\
+         - {{name: unused, length: 3.0, width: 2.0}}\n\
+         robots:\n- {{count: 1, type: small, routes: random}}\n\
+         - {{count: 1, type: tugger, routes: random}}\n",
+        square.display()
+    );
+    std::fs::write(&file, scenario).expect("a file");
+    let printed = text(&regatta_graph(&["check", "--traffic"], Some(&file)).stdout);
+    let expected = "traffic of robots of 1.5 m × 0.8 m that never turn on the spot \
+                    (type `tugger`, the largest of 2 in use; ";
+    assert!(printed.contains(expected), "{printed}");
+    let given = ["check", "--traffic", "--length", "0.7"];
+    let printed = text(&regatta_graph(&given, Some(&file)).stdout);
+    assert!(printed.contains("0.7 m × 0.8 m") && !printed.contains("tugger"), "{printed}");
+}
+
+#[test]
+fn the_readme_of_a_new_folder_says_what_its_scenario_does() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let road = "id,x,y,role\nA,0,0,pick\nB,9,0,drop\n\nfrom,to,speed\nA,B,1\n";
+    for (name, roads, fleet) in [
+        ("one-way", road.to_owned(), "# robots on random routes, without a manager"),
+        ("two-way", format!("{road}B,A,1\n"), "# a fleet that carries made-up orders"),
+    ] {
+        let layout = format!("{name}.csv");
+        std::fs::write(folder.path().join(&layout), roads).expect("a file");
+        let printed = succeeds(&["new", &layout], folder.path());
+        assert!(printed.contains("2 nodes, 2 stations"), "{printed}");
+        let readme = folder.path().join(name).join("README.md");
+        let readme = std::fs::read_to_string(readme).expect("a README");
+        assert!(readme.contains(fleet), "{readme}");
+    }
+}

@@ -42,8 +42,10 @@ pub fn svg(graph: &RouteGraph) -> String {
     Map::new(graph).write(None)
 }
 
-/// As [`svg`], with the single-track sections of a certificate of the graph as bands under the
-/// edges: dead ends in red, all others in yellow.
+/// As [`svg`], with a certificate of the graph. Bands under the edges are single tracks (dead ends
+/// in red, all others in yellow), parts that are cut off (grey), and edges that are too slow to be
+/// ways (blue). Circles are around stations that block a through road (orange), and around the
+/// nodes of the smallest ring of robots that may all wait (magenta). A legend names those there.
 pub fn svg_with_traffic(graph: &RouteGraph, certificate: &Certificate) -> String {
     Map::new(graph).write(Some(certificate))
 }
@@ -85,7 +87,8 @@ impl<'g> Map<'g> {
 
     fn write(&self, certificate: Option<&Certificate>) -> String {
         let mut svg = Svg::new(0);
-        svg.document(self.size, "")
+        let below = certificate.map_or(0.0, |certificate| self.traffic_legend(certificate));
+        svg.document(self.size + DVec2::new(0.0, below), "")
             .set("font-family", "Helvetica, Arial, sans-serif")
             .set("font-size", 11)
             .open();
@@ -94,8 +97,7 @@ impl<'g> Map<'g> {
         self.write_grid(&mut svg);
         self.write_background(&mut svg);
         if let Some(certificate) = certificate {
-            self.write_sections(&mut svg, certificate);
-            self.write_section_legend(&mut svg);
+            self.write_bands(&mut svg, certificate);
         }
         for (class, colour) in SPEED_COLOURS.into_iter().enumerate() {
             self.write_edges(&mut svg, class, colour);
@@ -103,6 +105,10 @@ impl<'g> Map<'g> {
         self.write_reverse_arrows(&mut svg);
         self.write_nodes(&mut svg);
         self.write_stations(&mut svg);
+        if let Some(certificate) = certificate {
+            self.write_marks(&mut svg, certificate);
+            self.write_traffic_legend(&mut svg, certificate);
+        }
         self.write_labels(&mut svg);
         self.write_legend(&mut svg);
         svg.finish()
@@ -350,6 +356,26 @@ mod tests {
         let bands = map.matches("<path d=\"M").count() - plain.matches("<path d=\"M").count();
         assert_eq!(bands, 1, "one section and no dead end");
         assert_eq!(map.matches("<g").count(), map.matches("</g>").count());
+    }
+
+    #[test]
+    fn all_that_a_certificate_finds_is_drawn_and_named() {
+        let text = "id,x,y,role\nA,0,0,\nB,9,0,\nC,9,9,\nD,20,0,pick\nE,31,0,\nT,20,9,\n\n\
+            from,to,speed\nA,B,1\nB,C,1\nC,A,1\nB,D,1\nD,B,1\nD,E,1\nE,D,1\n\
+            B,T,1\nT,B,0.001\n";
+        let (graph, _) = parse(text, "g.csv", &ReadOptions::default()).unwrap();
+        let map = svg_with_traffic(&graph, &Certificate::new(&graph, &RobotType::default()));
+        for name in [
+            "cut off from the main part",
+            "too slow to count as a way",
+            "station in the way",
+            "robots that may all wait",
+        ] {
+            assert!(map.contains(&format!(">{name}</text>")), "{name}: {map}");
+        }
+        // Around the station, the three robots of the ring, and in the legend.
+        assert_eq!(map.matches("stroke=\"#d9480f\"").count(), 2);
+        assert_eq!(map.matches("<circle").count() - svg(&graph).matches("<circle").count(), 7);
     }
 
     #[test]

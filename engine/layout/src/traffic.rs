@@ -13,6 +13,8 @@
 //! - Robots enlarged by 3 mm touch if their swept boxes do
 //!   ([`sweep`](regatta_base::sweep)): what is said to be free is free.
 //!
+//! Only the main part has sections, and legs under a [crawl](regatta_base::graph::CRAWL) are no
+//! ways. Zones aren't in the model: they may allow fewer robots, so that numbers are bounds then.
 //! Robots on different levels of a building don't touch. Robots that stop between nodes, or
 //! move at the same time, can do more than the model, and a fleet manager may do less. Where a
 //! number of the model would take too long to compute, it is a bound, and says so
@@ -52,18 +54,19 @@ use regatta_base::graph::{EdgeIndex, NodeIndex};
 
 use self::conflicts::{Conflicts, Sweeps};
 pub use self::main_part::{LeftOut, MainPart};
-use self::network::Network;
-pub use self::parts::{CutOff, Part};
+use self::network::{Network, Search};
+pub use self::parts::{Cause, CutOff, Part};
 pub use self::report::{Remark, Topic};
 pub use self::rings::{MOST_RINGS, Rings};
 pub use self::robot::{RobotType, RobotTypeError, Turning};
 pub use self::room::{Certainty, Count};
-pub use self::sections::{Section, SectionKind};
+pub use self::sections::{Exchange, Section, SectionKind, Shape};
 pub use self::slow::{SlowLeg, WALK};
 pub use self::stations::{BlockingStation, Effect, StationNames};
 use self::tracks::Tracks;
 pub use self::under_way::MostUnderWay;
 use crate::model::route_graph::RouteGraph;
+use crate::model::zones::{Zone, ZoneRule};
 
 /// A node where a standing robot is in the way of robots on roads that don't meet there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,8 +96,11 @@ pub struct Certificate {
     pub slow: Vec<SlowLeg>,
     /// The largest number of robots that can be under way.
     pub under_way: MostUnderWay,
-    /// The nodes that legs lead to, and none leaves.
+    /// The nodes that legs lead to, and no way leaves.
     pub sinks: Vec<NodeIndex>,
+    /// The zones, which nothing else here counts but the number of [safe
+    /// robots](Self::safe_robots).
+    pub zones: Vec<Zone>,
     station_names: StationNames,
 }
 
@@ -116,23 +122,27 @@ impl Certificate {
             slow: slow::slow_legs(graph),
             under_way: under_way::most_under_way(&network, &conflicts, &tracks, robot),
             sinks: sinks(&network),
+            zones: graph.zones().to_vec(),
             station_names: names,
         }
     }
 
     /// The largest number of robots of which it is proved that they never all stand still:
     /// wherever they stand at nodes, and whichever legs they want to drive next, one of them can
-    /// drive. `None` if that is proved for any number.
+    /// drive. `None` if that is proved for any number. Zones count: no more robots are safe than
+    /// any zone lets in at once.
     pub fn safe_robots(&self) -> Option<u32> {
         let rings = &self.rings;
-        match (self.sinks.is_empty(), rings.fewest(), rings.certainty) {
+        let by_rings = match (self.sinks.is_empty(), rings.fewest(), rings.certainty) {
             (false, _, _) => Some(0),
             (true, None, Certainty::Exact) => None,
             (true, Some(2), _) => Some(1),
             (true, Some(robots), Certainty::Exact) => Some(robots as u32 - 1),
             // All pairs are known: there is none.
             (true, _, Certainty::Bound) => Some(2),
-        }
+        };
+        let by_zones = self.zones.iter().map(|zone| safe_in(zone.rule)).min();
+        by_rings.into_iter().chain(by_zones).min()
     }
 }
 
@@ -145,9 +155,18 @@ pub fn most_under_way(graph: &RouteGraph, robot: &RobotType) -> MostUnderWay {
     under_way::most_under_way(&network, &conflicts, &Tracks::new(&network, &sweeps, robot), robot)
 }
 
+/// The largest number of robots of which a zone never keeps one out.
+fn safe_in(rule: ZoneRule) -> u32 {
+    match rule {
+        ZoneRule::Capacity(robots) => robots.get(),
+        ZoneRule::SameDirection => 1,
+    }
+}
+
 fn sinks(network: &Network<'_>) -> Vec<NodeIndex> {
-    let nodes = (0..network.nodes())
-        .filter(|&node| network.departures(node).is_empty() && !network.arrivals(node).is_empty());
+    let nodes = (0..network.nodes()).filter(|&node| {
+        network.steps(node, Search::Forwards).next().is_none() && !network.arrivals(node).is_empty()
+    });
     nodes.map(NodeIndex).collect()
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use regatta_base::graph::CRAWL;
 use regatta_layout::traffic::{self, MainPart};
 use regatta_layout::{ReadOptions, RouteGraph};
 
@@ -25,6 +26,9 @@ const PART_OF_CELL: f64 = 0.6;
 
 /// The part of the robots that can be under way, of which as many fit without a jam as a rule.
 const PART_UNDER_WAY: f64 = 0.25;
+
+/// Said of layouts with edges that are too slow.
+const TOO_SLOW: &str = " (edges under 0.01 m/s are too slow to count: raise their speeds)";
 
 /// Returns the text of a scenario for a layout: a managed fleet that carries made-up orders in its
 /// main part. If there is none, robots drive on random routes.
@@ -81,13 +85,21 @@ fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
 /// Returns what a made-up fleet doesn't do on a layout, one line each.
 pub fn limits(graph: &RouteGraph) -> Vec<String> {
     let Some(main) = MainPart::of(graph) else {
-        return vec![
-            "no road leads back to where it began: robots drive at random, without a fleet manager"
-                .to_owned(),
-        ];
+        let slow = if is_crawling(graph) { TOO_SLOW } else { "" };
+        return vec![format!(
+            "no road leads back to where it began{slow}: robots drive at random, without a fleet \
+             manager"
+        )];
     };
     let left_out = main.left_out.iter().map(|part| format!("left out of the orders: {part}"));
     left_out.chain(MadeUpLoad::new(&main.graph).other_stops(graph)).collect()
+}
+
+/// Whether some edge is slower than a crawl, so that it isn't counted as a road.
+fn is_crawling(graph: &RouteGraph) -> bool {
+    let edges = graph.edges().iter();
+    let mut speeds = edges.flat_map(|edge| [Some(edge.speed), edge.reverse_speed]).flatten();
+    speeds.any(|speed| speed < CRAWL)
 }
 
 /// Returns a number of robots that the layout allows without a jam: by the length of its roads, the
@@ -244,6 +256,17 @@ mod tests {
         let names: Vec<_> =
             scenario.expect("a scenario").robot_types.into_iter().map(|of| of.name).collect();
         assert_eq!(names, ["AGV 1", "tugger"]);
+    }
+
+    #[test]
+    fn roads_that_are_too_slow_are_told_as_such() {
+        let told = |back: &str| {
+            let text = format!("id,x,y\nA,0,0\nB,10,0\n\nfrom,to,speed\nA,B,1\n{back}");
+            let (graph, _) = parse(&text, "t.csv", &ReadOptions::default()).expect("a graph");
+            limits(&graph)
+        };
+        assert!(told("B,A,0.001\n")[0].contains("too slow to count: raise their speeds"));
+        assert!(!told("")[0].contains("slow"), "{:?}", told(""));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use clap::Args;
 
 use crate::findings::Kind;
 use crate::judge::Settings;
+use crate::report::plural;
 use crate::report::{KindReport, Report};
 
 /// Options of `regatta plugin validator` and `regatta validate`.
@@ -52,7 +53,10 @@ pub enum JudgeError {
         reason: std::io::Error,
     },
     /// There are findings that are not allowed.
-    #[error("the validator has {count} findings: {kinds}; `--allow KIND` lets a kind pass")]
+    #[error(
+        "the validator has {}: {kinds}; `--allow KIND` lets a kind pass",
+        plural(*count, "finding")
+    )]
     Findings {
         /// Their number.
         count: u64,

@@ -81,15 +81,19 @@ impl Report {
     /// Describes the validated data in one line.
     fn subject(&self) -> String {
         let Self { frames, robots, orders, seconds, .. } = self;
-        let mut line =
-            format!("{frames} frames of {robots} robots in {seconds:.2} s, {orders} orders");
-        for (count, what) in [
-            (self.ticks_between, "ticks between frames"),
-            (self.frames_missed, "frames missed"),
-            (self.order_samples_missed, "samples of the order log missed"),
+        let mut line = format!(
+            "{} of {} in {seconds:.2} s, {}",
+            plural(*frames, "frame"),
+            plural(*robots, "robot"),
+            plural(*orders, "order")
+        );
+        for (count, noun, rest) in [
+            (self.ticks_between, "tick", "between frames"),
+            (self.frames_missed, "frame", "missed"),
+            (self.order_samples_missed, "sample", "of the order log missed"),
         ] {
             if count > 0 {
-                let _ = write!(line, ", {count} {what}");
+                let _ = write!(line, ", {} {rest}", plural(count, noun));
             }
         }
         line
@@ -127,8 +131,7 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let total = self.count_without(&[]);
-        let findings =
-            if total == 0 { "no findings".to_owned() } else { format!("{total} findings") };
+        let findings = if total == 0 { "no findings".to_owned() } else { plural(total, "finding") };
         writeln!(f, "validator: {findings} in {}", self.subject())?;
         for report in self.found() {
             let KindReport { kind, count, .. } = report;
@@ -180,4 +183,25 @@ fn describe(finding: &Finding, unit: &str) -> String {
         let _ = write!(line, ": {}", finding.note);
     }
     line
+}
+
+/// Returns a number with a noun: `1 finding`, `2 findings`.
+pub(crate) fn plural(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_each_is_told_in_the_singular() {
+        let report =
+            Report { frames: 1, robots: 1, orders: 1, ticks_between: 1, ..Report::default() };
+        let expected = "1 frame of 1 robot in 0.00 s, 1 order, 1 tick between frames";
+        assert_eq!(report.subject(), expected);
+        let expected = "2 frames of 3 robots in 0.00 s, 0 orders";
+        assert_eq!(Report { frames: 2, robots: 3, ..Report::default() }.subject(), expected);
+        assert_eq!(plural(1, "finding"), "1 finding");
+    }
 }

@@ -1,70 +1,214 @@
-//! The single tracks of a certificate, drawn under the edges.
+//! A certificate on a map: bands under the edges, and marks over them.
+
+use std::collections::BTreeSet;
 
 use glam::DVec2;
+use regatta_base::graph::{CRAWL, EdgeIndex, NodeIndex};
 use regatta_base::svg::Svg;
 
-use super::{INK, LEGEND, MARGIN, Map};
+use super::{INK, MARGIN, Map};
 use crate::traffic::{Certificate, SectionKind};
 
-/// A kind of single track on a map.
+/// The height of a row of the legend, and the width of an entry, in pixels.
+const ROW: f64 = 20.0;
+const ENTRY: f64 = 200.0;
+
+/// A matter of a certificate on a map, in the order in which they are drawn.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Band {
+enum Matter {
+    CutOff,
     Section,
     DeadEnd,
+    TooSlow,
+    BlockingStation,
+    Ring,
 }
 
-impl Band {
-    const ALL: [Self; 2] = [Self::Section, Self::DeadEnd];
+/// The symbol of a matter.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Symbol {
+    /// Along edges, and under nodes.
+    Band,
+    /// Around nodes.
+    Circle,
+}
+
+impl Matter {
+    const ALL: [Self; 6] = [
+        Self::CutOff,
+        Self::Section,
+        Self::DeadEnd,
+        Self::TooSlow,
+        Self::BlockingStation,
+        Self::Ring,
+    ];
 
     fn of(kind: SectionKind) -> Self {
         match kind {
             SectionKind::DeadEnd => Self::DeadEnd,
-            SectionKind::Through | SectionKind::Whole => Self::Section,
+            SectionKind::Through | SectionKind::Loop | SectionKind::Whole | SectionKind::Ring => {
+                Self::Section
+            }
         }
     }
 
     fn colour(self) -> &'static str {
         match self {
+            Self::CutOff => "#c9cdd4",
             Self::Section => "#f5c451",
             Self::DeadEnd => "#ec7f86",
+            Self::TooSlow => "#a9d3f5",
+            Self::BlockingStation => "#d9480f",
+            Self::Ring => "#b5179e",
         }
     }
 
     fn name(self) -> &'static str {
         match self {
+            Self::CutOff => "cut off from the main part",
             Self::Section => "single track",
             Self::DeadEnd => "dead end",
+            Self::TooSlow => "too slow to count as a way",
+            Self::BlockingStation => "station in the way",
+            Self::Ring => "robots that may all wait",
+        }
+    }
+
+    fn symbol(self) -> Symbol {
+        match self {
+            Self::BlockingStation | Self::Ring => Symbol::Circle,
+            _ => Symbol::Band,
         }
     }
 }
 
 impl Map<'_> {
-    /// Writes wide bands along the edges of all sections.
-    pub(super) fn write_sections(&self, svg: &mut Svg, certificate: &Certificate) {
+    /// Writes wide bands along edges and under nodes.
+    pub(super) fn write_bands(&self, svg: &mut Svg, certificate: &Certificate) {
         let width = (3.5 * self.node_radius()).clamp(3.0, 14.0);
-        for band in Band::ALL {
-            let group = svg.element("g").fill("none").stroke(band.colour(), width);
+        let found = self.found(certificate).into_iter();
+        for matter in found.filter(|matter| matter.symbol() == Symbol::Band) {
+            let group = svg.element("g").fill("none").stroke(matter.colour(), width);
             group.set("stroke-linecap", "round").set("stroke-linejoin", "round").open();
-            let sections = certificate.sections.iter();
-            for section in sections.filter(|section| Band::of(section.kind()) == band) {
-                let paths = section.edges.iter().map(|&edge| &self.graph.edge(edge).path);
-                let curves = paths.map(|path| {
-                    let cubics = path.cubics().map(|cubic| cubic.control_points);
-                    cubics.map(|points| points.map(|point| self.pixel(point)))
-                });
-                svg.element("path").curves(curves);
+            let edges = self.edges(matter, certificate).into_iter();
+            let curves = edges.map(|edge| {
+                let cubics = self.graph.edge(edge).path.cubics().map(|cubic| cubic.control_points);
+                cubics.map(|points| points.map(|point| self.pixel(point)))
+            });
+            svg.element("path").curves(curves);
+            for node in nodes(matter, certificate) {
+                svg.circle(self.at(node), 0.5 * width).fill(matter.colour());
             }
             svg.close();
         }
     }
 
-    /// Writes the meaning of the bands in the middle of the legend.
-    pub(super) fn write_section_legend(&self, svg: &mut Svg) {
-        let top = self.size.y - LEGEND;
-        for (row, band) in (0..).map(f64::from).zip(Band::ALL) {
-            let left = DVec2::new(0.5 * self.size.x - MARGIN, top + 16.0 + 16.0 * row);
-            svg.rect(left - DVec2::new(28.0, 4.0), DVec2::new(24.0, 8.0)).fill(band.colour());
-            svg.text(left + DVec2::new(0.0, 4.0)).fill(INK).content(band.name());
+    /// Writes circles around nodes, and the lines of the smallest ring.
+    pub(super) fn write_marks(&self, svg: &mut Svg, certificate: &Certificate) {
+        let ring = ring(certificate);
+        if !ring.is_empty() {
+            let corners = ring.iter().chain(ring.first()).map(|&node| self.at(node));
+            let line = svg.element("path").fill("none").stroke(Matter::Ring.colour(), 2.0);
+            line.set("stroke-dasharray", "6 4").polylines([corners]);
         }
+        for (matter, more) in [(Matter::BlockingStation, 2.5), (Matter::Ring, 5.5)] {
+            for node in nodes(matter, certificate) {
+                let radius = self.reach(self.graph.node(node)) + more;
+                let circle = svg.circle(self.at(node), radius);
+                circle.fill("none").stroke(matter.colour(), 2.0);
+            }
+        }
+    }
+
+    /// The height of the legend of a certificate in pixels: none if there is nothing to draw.
+    pub(super) fn traffic_legend(&self, certificate: &Certificate) -> f64 {
+        let rows = self.found(certificate).len().div_ceil(self.entries_per_row());
+        if rows == 0 { 0.0 } else { ROW * rows as f64 + 8.0 }
+    }
+
+    /// Writes the meaning of what is drawn, below the map.
+    pub(super) fn write_traffic_legend(&self, svg: &mut Svg, certificate: &Certificate) {
+        let per_row = self.entries_per_row();
+        for (place, matter) in self.found(certificate).into_iter().enumerate() {
+            let (row, column) = ((place / per_row) as f64, (place % per_row) as f64);
+            let left = DVec2::new(MARGIN + ENTRY * column, self.size.y + ROW * row + 8.0);
+            match matter.symbol() {
+                Symbol::Band => {
+                    svg.rect(left - DVec2::new(0.0, 4.0), DVec2::new(24.0, 8.0))
+                        .fill(matter.colour());
+                }
+                Symbol::Circle => {
+                    svg.circle(left + DVec2::new(12.0, 0.0), 5.0)
+                        .fill("none")
+                        .stroke(matter.colour(), 2.5);
+                }
+            }
+            svg.text(left + DVec2::new(30.0, 4.0)).fill(INK).content(matter.name());
+        }
+    }
+
+    fn entries_per_row(&self) -> usize {
+        (((self.size.x - MARGIN) / ENTRY).floor() as usize).max(1)
+    }
+
+    /// The matters that a certificate has.
+    fn found(&self, certificate: &Certificate) -> Vec<Matter> {
+        let mut found = Matter::ALL.to_vec();
+        found.retain(|&matter| {
+            !nodes(matter, certificate).is_empty() || !self.edges(matter, certificate).is_empty()
+        });
+        found
+    }
+
+    fn at(&self, node: NodeIndex) -> DVec2 {
+        self.pixel(self.graph.node(node).position)
+    }
+
+    /// The edges that a matter is about.
+    fn edges(&self, matter: Matter, certificate: &Certificate) -> Vec<EdgeIndex> {
+        match matter {
+            Matter::CutOff => self.edges_at(&nodes(matter, certificate)),
+            Matter::Section | Matter::DeadEnd => {
+                let sections = certificate.sections.iter();
+                let sections = sections.filter(|section| Matter::of(section.kind()) == matter);
+                sections.flat_map(|section| &section.edges).copied().collect()
+            }
+            Matter::TooSlow => {
+                let slow = certificate.slow.iter().filter(|slow| slow.speed < CRAWL);
+                slow.map(|slow| slow.leg.edge).collect()
+            }
+            Matter::BlockingStation | Matter::Ring => Vec::new(),
+        }
+    }
+
+    /// The edges that start or end at some nodes.
+    fn edges_at(&self, nodes: &[NodeIndex]) -> Vec<EdgeIndex> {
+        let nodes: BTreeSet<NodeIndex> = nodes.iter().copied().collect();
+        let edges = (0..).map(EdgeIndex).zip(self.graph.edges());
+        let found = edges
+            .filter(|(_, edge)| nodes.contains(&edge.origin) || nodes.contains(&edge.destination));
+        found.map(|(index, _)| index).collect()
+    }
+}
+
+/// The nodes that a matter is about.
+fn nodes(matter: Matter, certificate: &Certificate) -> Vec<NodeIndex> {
+    match matter {
+        Matter::CutOff => certificate.parts.iter().flat_map(|part| &part.nodes).copied().collect(),
+        Matter::BlockingStation => {
+            certificate.stations.iter().map(|station| station.node).collect()
+        }
+        Matter::Ring => ring(certificate),
+        Matter::Section | Matter::DeadEnd | Matter::TooSlow => Vec::new(),
+    }
+}
+
+/// The nodes of the smallest ring of three robots or more; of two robots if there is none.
+fn ring(certificate: &Certificate) -> Vec<NodeIndex> {
+    let rings = &certificate.rings;
+    match (rings.smallest.first(), rings.pair) {
+        (Some(ring), _) => ring.clone(),
+        (None, Some((a, b))) => vec![a, b],
+        (None, None) => Vec::new(),
     }
 }

@@ -80,13 +80,29 @@ impl<'g> Network<'g> {
         self.arrivals.row(node)
     }
 
-    /// The legs to follow from a node in a direction, with the nodes that they come to.
+    /// Whether a leg exists, and is no slower than a [crawl](CRAWL).
+    pub fn is_way(&self, leg: Leg) -> bool {
+        self.graph.leg_speed(leg) >= Some(CRAWL)
+    }
+
+    /// The ways to follow from a node in a direction, with the nodes that they come to.
     pub fn steps(&self, node: u32, search: Search) -> impl Iterator<Item = (Leg, u32)> + '_ {
+        self.steps_at(node, search, CRAWL)
+    }
+
+    /// The legs of at least a speed, in metres per second, with the nodes that they come to.
+    fn steps_at(
+        &self,
+        node: u32,
+        search: Search,
+        slowest: f64,
+    ) -> impl Iterator<Item = (Leg, u32)> + '_ {
         let legs = match search {
             Search::Forwards => self.departures(node),
             Search::Backwards => self.arrivals(node),
         };
-        legs.iter().map(move |&leg| match search {
+        let legs = legs.iter().filter(move |leg| self.graph.leg_speed(**leg) >= Some(slowest));
+        legs.map(move |&leg| match search {
             Search::Forwards => (leg, self.end(leg)),
             Search::Backwards => (leg, self.start(leg)),
         })
@@ -120,18 +136,17 @@ impl<'g> Network<'g> {
         (0..self.nodes()).filter(|&node| self.is_main(node)).collect()
     }
 
-    /// Returns by node whether it can be reached from some nodes, or they from it.
-    pub fn reached(&self, from: &[u32], search: Search) -> Vec<bool> {
+    /// Returns by node whether it can be reached from some nodes, or they from it, along legs of at
+    /// least a speed, in metres per second.
+    pub fn reached(&self, from: &[u32], search: Search, slowest: f64) -> Vec<bool> {
         let mut reached = vec![false; self.nodes() as usize];
         let mut open: VecDeque<u32> = from.iter().copied().collect();
         for &node in from {
             reached[node as usize] = true;
         }
         while let Some(node) = open.pop_front() {
-            for (leg, next) in self.steps(node, search) {
-                if self.graph.leg_speed(leg) >= Some(CRAWL)
-                    && !std::mem::replace(&mut reached[next as usize], true)
-                {
+            for (_, next) in self.steps_at(node, search, slowest) {
+                if !std::mem::replace(&mut reached[next as usize], true) {
                     open.push_back(next);
                 }
             }

@@ -1,6 +1,6 @@
 //! Parts of a layout that can't be reached or left.
 
-use regatta_base::graph::NodeIndex;
+use regatta_base::graph::{CRAWL, EdgeIndex, Leg, NodeIndex};
 use regatta_base::rows::Rows;
 
 use super::network::{Network, Search};
@@ -17,6 +17,16 @@ pub enum CutOff {
     Apart,
 }
 
+/// The reason why a part is cut off.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Edges are missing.
+    Missing,
+    /// Edges are too slow to count as ways: under a [crawl](CRAWL). Those that would lead into the
+    /// part, or out of it, in ascending order.
+    TooSlow(Vec<EdgeIndex>),
+}
+
 /// A part: nodes that all can be reached from each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
@@ -26,13 +36,17 @@ pub struct Part {
     pub stations: Vec<NodeIndex>,
     /// The way in which it is cut off.
     pub cut_off: CutOff,
+    /// The reason.
+    pub cause: Cause,
 }
 
 /// Returns all parts other than the main one, in the order of their first nodes.
 pub fn parts(network: &Network<'_>, stations: &StationNames) -> Vec<Part> {
     let main = network.main_nodes();
-    let after = network.reached(&main, Search::Forwards);
-    let before = network.reached(&main, Search::Backwards);
+    let [after, after_slowly] =
+        [CRAWL, 0.0].map(|slowest| network.reached(&main, Search::Forwards, slowest));
+    let [before, before_slowly] =
+        [CRAWL, 0.0].map(|slowest| network.reached(&main, Search::Backwards, slowest));
     let components = &network.parts;
     let nodes = (0..).zip(&components.of_node).map(|(node, part)| (*part, node));
     let members: Rows<u32> = Rows::new(components.sizes.len(), nodes.collect());
@@ -41,15 +55,43 @@ pub fn parts(network: &Network<'_>, stations: &StationNames) -> Vec<Part> {
         let nodes = members.row(part);
         let stations = nodes.iter().copied().filter(|node| stations.contains_key(node));
         let first = nodes[0] as usize;
+        let cut_off = match (after[first], before[first]) {
+            (true, _) => CutOff::CannotBeLeft,
+            (false, true) => CutOff::CannotBeReached,
+            (false, false) => CutOff::Apart,
+        };
         Part {
             stations: stations.map(NodeIndex).collect(),
             nodes: nodes.iter().copied().map(NodeIndex).collect(),
-            cut_off: match (after[first], before[first]) {
-                (true, _) => CutOff::CannotBeLeft,
-                (false, true) => CutOff::CannotBeReached,
-                (false, false) => CutOff::Apart,
+            cut_off,
+            cause: match after_slowly[first] && before_slowly[first] {
+                true => Cause::TooSlow(crawling(network, nodes, cut_off)),
+                false => Cause::Missing,
             },
         }
     });
     found.collect()
+}
+
+/// The edges with legs that are slower than a crawl, and lead between the nodes of a part and
+/// others in the direction that it lacks.
+fn crawling(network: &Network<'_>, nodes: &[u32], cut_off: CutOff) -> Vec<EdgeIndex> {
+    let mut edges = Vec::new();
+    for &node in nodes {
+        let out = network.departures(node).iter().filter(|leg| !has(nodes, network.end(**leg)));
+        let into = network.arrivals(node).iter().filter(|leg| !has(nodes, network.start(**leg)));
+        let legs: Vec<&Leg> = match cut_off {
+            CutOff::CannotBeLeft => out.collect(),
+            CutOff::CannotBeReached => into.collect(),
+            CutOff::Apart => out.chain(into).collect(),
+        };
+        edges.extend(legs.into_iter().filter(|leg| !network.is_way(**leg)).map(|leg| leg.edge));
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+fn has(nodes: &[u32], node: u32) -> bool {
+    nodes.binary_search(&node).is_ok()
 }

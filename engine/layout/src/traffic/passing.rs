@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::conflicts::Conflicts;
-use super::network::Network;
+use super::network::{Network, Search};
 use super::tracks::{TrackKind, Tracks};
 
 /// The largest number of nodes around a junction that are searched.
@@ -96,9 +96,8 @@ impl<'a> Pairs<'a> {
     fn new(passing: &Passing<'a>, nodes: &'a [u32]) -> Self {
         let mut moves = Vec::with_capacity(nodes.len());
         for &node in nodes {
-            let departures = passing.network.departures(node).iter();
-            let inside = departures.filter_map(|&leg| {
-                let end = passing.network.end(leg);
+            let ways = passing.network.steps(node, Search::Forwards);
+            let inside = ways.filter_map(|(leg, end)| {
                 Some((leg, nodes.iter().position(|&other| other == end && other != node)?))
             });
             moves.push(inside.collect());

@@ -1,6 +1,6 @@
 //! Rings: robots that all wait for the next one.
 //!
-//! A robot at a node may wait for a robot at another node if that one blocks a leg that leaves the
+//! A robot at a node may wait for a robot at another node if that one blocks a way that leaves the
 //! first node. Both must be able to stand there at once. A *ring* of robots are nodes of which none
 //! touch, each of which may wait for the next one, and the last one for the first; and no smaller
 //! ring is among them. Two robots that wait for each other are the ring of two: mostly they face
@@ -12,7 +12,7 @@ use regatta_base::graph::NodeIndex;
 use regatta_base::rows::Rows;
 
 use super::conflicts::Conflicts;
-use super::network::Network;
+use super::network::{Network, Search as Direction};
 use super::room::Certainty;
 
 /// The largest number of rings that are returned.
@@ -75,9 +75,9 @@ pub fn rings(network: &Network<'_>, conflicts: &Conflicts) -> Rings {
 fn waits(network: &Network<'_>, conflicts: &Conflicts) -> Rows<u32> {
     let mut waits = Vec::new();
     for node in 0..network.nodes() {
-        let departures = network.departures(node).iter();
+        let ways = network.steps(node, Direction::Forwards);
         let mut others: Vec<u32> =
-            departures.flat_map(|&leg| conflicts.blockers(leg)).copied().collect();
+            ways.flat_map(|(leg, _)| conflicts.blockers(leg)).copied().collect();
         others.sort_unstable();
         others.dedup();
         others.retain(|&other| !conflicts.is_touching(node, other));

@@ -6,11 +6,33 @@ use regatta_base::graph::{EdgeIndex, NodeIndex};
 use regatta_base::sweep::MARGIN;
 
 use super::conflicts::Conflicts;
-use super::network::Network;
-use super::passing::Passing;
+use super::network::{Network, Search};
+use super::passing::{MOST_NODES, Passing};
 use super::robot::RobotType;
-use super::room::{Count, most_standing};
+use super::room::{Certainty, Count, most_standing};
 use super::tracks::{TrackKind, Tracks};
+
+/// The shape of a section's tracks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One after the other.
+    Path,
+    /// With branches, but without a ring.
+    Tree,
+    /// With a ring.
+    Ring,
+}
+
+/// Whether two robots that stay on a section can exchange their places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exchange {
+    /// No two robots can.
+    Never,
+    /// From some places at least.
+    Possible,
+    /// It wasn't searched.
+    Unknown,
+}
 
 /// A single-track section.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,10 +46,15 @@ pub struct Section {
     pub ends: Vec<NodeIndex>,
     /// Its nodes from which only the way back leads on.
     pub dead_ends: Vec<NodeIndex>,
+    /// The shape of its tracks.
+    pub shape: Shape,
+    /// Whether two robots can exchange their places on it, if it has no ends: it is known of a
+    /// path, and searched on sections of at most 16 nodes.
+    pub exchange: Exchange,
     /// The length of its tracks, in metres.
     pub metres: f64,
     /// The largest number of robots that stand at its nodes, other than its ends, without touching
-    /// each other.
+    /// each other. A bound if a zone is there, which may allow fewer.
     pub at_nodes: Count,
     /// The number of robots that stand in it behind each other, wherever they stop, with its ends
     /// left free. It counts along the tracks, whatever their shape.
@@ -39,24 +66,35 @@ pub struct Section {
 pub enum SectionKind {
     /// It leads from end to end.
     Through,
-    /// It has one end: robots come out where they went in.
+    /// It has one end and no ring: robots come out where they went in.
     DeadEnd,
-    /// It has no end: it is a plant of its own.
+    /// It has one end and a ring: robots may come out by the other side of the ring.
+    Loop,
+    /// It has no end and no ring: it is the whole main part.
     Whole,
+    /// The same with a ring.
+    Ring,
 }
 
 impl Section {
     /// The kind.
     pub fn kind(&self) -> SectionKind {
-        match self.ends.len() {
-            0 => SectionKind::Whole,
-            1 => SectionKind::DeadEnd,
+        match (self.ends.len(), self.shape) {
+            (0, Shape::Ring) => SectionKind::Ring,
+            (0, _) => SectionKind::Whole,
+            (1, Shape::Ring) => SectionKind::Loop,
+            (1, _) => SectionKind::DeadEnd,
             _ => SectionKind::Through,
         }
     }
+
+    /// Whether no robot has room in it between its ends.
+    pub fn is_without_room(&self) -> bool {
+        self.at_nodes.robots == 0 && self.in_line == 0
+    }
 }
 
-/// Finds all sections, in the order of their first tracks.
+/// Finds all sections of the main part, in the order of their first tracks.
 pub fn sections(
     network: &Network<'_>,
     conflicts: &Conflicts,
@@ -67,12 +105,13 @@ pub fn sections(
     let is_passing = cores::map(network.nodes() as usize, |node| {
         single_tracks(tracks, node as u32).nth(1).is_some() && passing.is_passing_place(node as u32)
     });
+    let zoned = zoned(network);
     let mut sections = Vec::new();
     let mut is_done = vec![false; tracks.all.len()];
     for first in 0..tracks.all.len() as u32 {
         if tracks.get(first).kind == TrackKind::Single && !is_done[first as usize] {
             let found = connected(tracks, &is_passing, first, &mut is_done);
-            sections.push(section(network, conflicts, tracks, robot, &found));
+            sections.push(section(&passing, &zoned, robot, &found));
         }
     }
     sections
@@ -106,13 +145,21 @@ fn connected(tracks: &Tracks, is_passing: &[bool], first: u32, is_done: &mut [bo
     found
 }
 
-fn section(
-    network: &Network<'_>,
-    conflicts: &Conflicts,
-    tracks: &Tracks,
-    robot: &RobotType,
-    found: &[u32],
-) -> Section {
+/// Returns by node whether a zone includes it, or an edge that starts or ends there.
+fn zoned(network: &Network<'_>) -> Vec<bool> {
+    let mut zoned = vec![false; network.nodes() as usize];
+    for zone in network.graph.zones() {
+        let edges = zone.edges.iter().map(|&edge| network.graph.edge(edge));
+        let ends = edges.flat_map(|edge| [edge.origin, edge.destination]);
+        for node in ends.chain(zone.nodes.iter().copied()) {
+            zoned[node.0 as usize] = true;
+        }
+    }
+    zoned
+}
+
+fn section(passing: &Passing<'_>, zoned: &[bool], robot: &RobotType, found: &[u32]) -> Section {
+    let Passing { network, conflicts, tracks } = *passing;
     let mut nodes: Vec<u32> = Vec::new();
     let mut edges: Vec<u32> = Vec::new();
     let mut metres = 0.0;
@@ -128,9 +175,16 @@ fn section(
     let (ends, inside): (Vec<u32>, Vec<u32>) =
         nodes.iter().partition(|node| is_end(network, tracks, found, **node));
     let dead_ends = inside.iter().copied().filter(|&node| tracks.at(node).len() == 1);
+    let shape = shape(tracks, found, nodes.len());
+    let mut at_nodes = most_standing(conflicts, &inside);
+    if inside.iter().any(|&node| zoned[node as usize]) {
+        at_nodes.certainty = Certainty::Bound;
+    }
     Section {
         dead_ends: dead_ends.map(NodeIndex).collect(),
-        at_nodes: most_standing(conflicts, &inside),
+        shape,
+        exchange: exchange(passing, shape, &nodes, &ends),
+        at_nodes,
         in_line: in_line(metres, ends.len(), robot),
         nodes: nodes.into_iter().map(NodeIndex).collect(),
         edges: edges.into_iter().map(EdgeIndex).collect(),
@@ -139,9 +193,34 @@ fn section(
     }
 }
 
+/// The shape of some tracks that are joined, with so many nodes.
+fn shape(tracks: &Tracks, found: &[u32], nodes: usize) -> Shape {
+    let mut ends: Vec<u32> = Vec::with_capacity(2 * found.len());
+    for track in found.iter().map(|&track| tracks.get(track)) {
+        ends.extend([track.low, track.high]);
+    }
+    ends.sort_unstable();
+    let has_branch = ends.chunk_by(|a, b| a == b).any(|tracks| tracks.len() > 2);
+    match (found.len() < nodes, has_branch) {
+        (true, false) => Shape::Path,
+        (true, true) => Shape::Tree,
+        (false, _) => Shape::Ring,
+    }
+}
+
+fn exchange(passing: &Passing<'_>, shape: Shape, nodes: &[u32], ends: &[u32]) -> Exchange {
+    match shape {
+        _ if !ends.is_empty() => Exchange::Unknown,
+        Shape::Path => Exchange::Never,
+        Shape::Tree | Shape::Ring if nodes.len() > MOST_NODES => Exchange::Unknown,
+        _ if passing.can_exchange(nodes) => Exchange::Possible,
+        _ => Exchange::Never,
+    }
+}
+
 /// Whether other roads than some tracks meet a node.
 fn is_end(network: &Network<'_>, tracks: &Tracks, found: &[u32], node: u32) -> bool {
-    let has_loop = network.departures(node).iter().any(|&leg| network.end(leg) == node);
+    let has_loop = network.steps(node, Search::Forwards).any(|(_, end)| end == node);
     has_loop || tracks.at(node).iter().any(|track| found.binary_search(track).is_err())
 }
 

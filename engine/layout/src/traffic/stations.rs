@@ -107,7 +107,7 @@ impl Detours<'_> {
     /// are joined by a blocked leg, or by way of the station and nodes where others would touch it.
     fn through_roads(&self, station: u32) -> BTreeSet<(u32, u32)> {
         let mut roads = BTreeSet::new();
-        for leg in self.conflicts.blocked(station) {
+        for leg in self.conflicts.blocked(station).filter(|&leg| self.network.is_way(leg)) {
             let from = self.network.start(leg);
             if self.is_free(station, from) {
                 let ends = self.ends(station, self.network.end(leg));

@@ -1,5 +1,5 @@
-//! Tracks: the edges between two neighbouring nodes, and whether two robots can pass each other on
-//! them.
+//! Tracks: the edges between two neighbouring nodes of the main part, and whether two robots can
+//! pass each other on them.
 
 use regatta_base::cores;
 use regatta_base::graph::EdgeIndex;
@@ -13,6 +13,8 @@ use super::robot::RobotType;
 /// The ways in which a track can be driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackKind {
+    /// Not at all: all of its legs are slower than a [crawl](regatta_base::graph::CRAWL).
+    Closed,
     /// In one direction only.
     OneWay,
     /// In both directions, but two robots can't pass each other on it.
@@ -22,7 +24,7 @@ pub enum TrackKind {
     Double,
 }
 
-/// All edges between two different nodes.
+/// All edges between two different nodes of the main part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// The node with the smaller index.
@@ -37,12 +39,12 @@ pub struct Track {
     pub kind: TrackKind,
 }
 
-/// All tracks of a layout.
+/// All tracks of the main part.
 #[derive(Debug)]
 pub struct Tracks {
     /// In ascending order of their nodes.
     pub all: Vec<Track>,
-    /// By node: the numbers of the tracks that end there.
+    /// By node: the numbers of the tracks that end there and aren't closed.
     by_node: Rows<u32>,
 }
 
@@ -59,7 +61,7 @@ impl Tracks {
         let mut edges: Vec<(u32, u32, u32)> = Vec::new();
         for (index, edge) in (0..).zip(network.graph.edges()) {
             let (a, b) = (edge.origin.0, edge.destination.0);
-            if a != b {
+            if a != b && network.is_main(a) && network.is_main(b) {
                 edges.push((a.min(b), a.max(b), index));
             }
         }
@@ -72,14 +74,14 @@ impl Tracks {
             let edges = between[index].iter().map(|(_, _, edge)| *edge).collect();
             track(network, sweeps, &footprint, low, high, edges)
         });
-        let ends = (0..)
-            .zip(&all)
+        let open = (0..).zip(&all).filter(|(_, track)| track.kind != TrackKind::Closed);
+        let ends = open
             .flat_map(|(index, track): (u32, &Track)| [(track.low, index), (track.high, index)]);
         let by_node = Rows::new(network.nodes() as usize, ends.collect());
         Self { all, by_node }
     }
 
-    /// The numbers of the tracks that end at a node.
+    /// The numbers of the tracks that end at a node; closed ones don't count.
     pub fn at(&self, node: u32) -> &[u32] {
         self.by_node.row(node)
     }
@@ -105,12 +107,14 @@ fn track(
 ) -> Track {
     let mut up = Vec::new();
     let mut down = Vec::new();
-    for leg in edges.iter().flat_map(|&edge| network.legs_of(edge)) {
+    let legs = edges.iter().flat_map(|&edge| network.legs_of(edge));
+    for leg in legs.filter(|&leg| network.is_way(leg)) {
         if network.start(leg) == low { up.push(leg.edge.0) } else { down.push(leg.edge.0) }
     }
     let kind = match (up.is_empty(), down.is_empty()) {
         (false, false) if is_double(network, sweeps, footprint, &up, &down) => TrackKind::Double,
         (false, false) => TrackKind::Single,
+        (true, true) => TrackKind::Closed,
         _ => TrackKind::OneWay,
     };
     let lengths = edges.iter().map(|&edge| network.graph.edge(EdgeIndex(edge)).path.length());

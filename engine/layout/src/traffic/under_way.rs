@@ -16,7 +16,8 @@ const MOST_COUNTED: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MostUnderWay {
     /// Robots that stop at nodes of the main part only: the largest number that stand there without
-    /// touching each other while one of them can drive along a leg.
+    /// touching each other while one of them can drive along a leg. A bound if the layout has
+    /// zones, which may allow fewer.
     pub at_nodes: Count,
     /// A bound for robots that stop anywhere on the roads of the main part, by the length of roads.
     pub anywhere: u64,
@@ -37,6 +38,9 @@ pub fn most_under_way(
             most = if count.robots > most.robots { count } else { most };
             most.certainty = most.certainty.and(count.certainty);
         }
+    }
+    if !network.graph.zones().is_empty() {
+        most.certainty = Certainty::Bound;
     }
     MostUnderWay { at_nodes: most, anywhere: anywhere(network, tracks, robot) }
 }
@@ -68,10 +72,10 @@ impl<'a> Rooms<'a> {
         Self { network, conflicts, groups, counts, group_of, total }
     }
 
-    /// Whether a leg exists, and leads from a node of the main part to another one.
+    /// Whether a leg is a way, and leads from a node of the main part to another one.
     fn is_driven(&self, leg: Leg) -> bool {
         let (start, end) = (self.network.start(leg), self.network.end(leg));
-        self.network.graph.leg_speed(leg).is_some()
+        self.network.is_way(leg)
             && start != end
             && self.network.is_main(start)
             && self.network.is_main(end)
@@ -115,9 +119,7 @@ impl<'a> Rooms<'a> {
 /// nodes as fit behind each other.
 fn anywhere(network: &Network<'_>, tracks: &Tracks, robot: &RobotType) -> u64 {
     let nodes = network.main_nodes().len() as u64;
-    let inside =
-        tracks.all.iter().filter(|track| network.is_main(track.low) && network.is_main(track.high));
-    nodes + inside.map(|track| on_track(network, track, robot)).sum::<u64>()
+    nodes + tracks.all.iter().map(|track| on_track(network, track, robot)).sum::<u64>()
 }
 
 fn on_track(network: &Network<'_>, track: &Track, robot: &RobotType) -> u64 {

@@ -127,7 +127,7 @@ proptest! {
             match track.kind {
                 TrackKind::Double => prop_assert!(ways(0.0)),
                 TrackKind::Single => prop_assert!(!ways(EXCESS)),
-                TrackKind::OneWay => (),
+                TrackKind::OneWay | TrackKind::Closed => (),
             }
         }
     }

@@ -42,7 +42,7 @@ fn a_dock_on_the_road_cuts_the_end_off() {
     );
     assert_line(&lines, "station: a robot at the station `B` blocks", &["no way leads from"]);
     assert_line(&lines, "slow: edge 6 is driven at 0.001 m/s", &["1 h 23 min", "check the speed"]);
-    assert_line(&lines, "section: single track of 15.0 m without a passing place", &[]);
+    assert_line(&lines, "section: single track of 10.0 m without a passing place", &[]);
 }
 
 #[test]
@@ -51,8 +51,8 @@ fn an_island_and_a_trap_are_named_with_their_stations() {
         "id,x,y,role\nA,0,0,\nB,9,0,\nC,9,9,\nTrap,20,9,drop\nI,50,0,pick\nJ,60,0,\n\n\
          from,to,speed\nA,B,1\nB,C,1\nC,A,1\nC,Trap,1\nI,J,1\nJ,I,1\n",
     );
-    assert_line(&lines, "part: 1 node (`Trap`), with the stations `Trap` can't be left", &[]);
-    assert_line(&lines, "part: 2 nodes (`I`, `J`), with the stations `I` can't be reached", &[]);
+    assert_line(&lines, "part: 1 node (`Trap`), with the station `Trap` can't be left", &[]);
+    assert_line(&lines, "part: 2 nodes (`I`, `J`), with the station `I` can't be reached", &[]);
     assert_line(&lines, "under-way: at most 2 robots of the main part can be", &["(a bound)"]);
 }
 
@@ -85,4 +85,164 @@ fn a_road_on_another_floor_is_in_nobodys_way() {
     let is_in_way = |line: &String| line.starts_with("in-the-way");
     assert!(lines(&plant("L1")).iter().any(is_in_way), "{:#?}", lines(&plant("L1")));
     assert!(!lines(&plant("L2")).iter().any(is_in_way), "{:#?}", lines(&plant("L2")));
+}
+
+/// A square of four nodes, driven in one direction, with a section `Zones`.
+fn ring_with_zone(rule: &str) -> String {
+    let node = |id: u32, x: f64, y: f64| format!("- {{Id: {id}, X: {x}, Y: {y}, Theta: 0}}\n");
+    let edge = |id: u32, from: u32, to: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+             VelocityForward: 1}}\n"
+        )
+    };
+    format!(
+        "Vertices:\n{}{}{}{}Edges:\n{}{}{}{}{rule}",
+        node(1, 0.0, 0.0),
+        node(2, 10.0, 0.0),
+        node(3, 10.0, 10.0),
+        node(4, 0.0, 10.0),
+        edge(1, 1, 2),
+        edge(2, 2, 3),
+        edge(3, 3, 4),
+        edge(4, 4, 1),
+    )
+}
+
+#[test]
+fn nothing_is_called_safe_that_a_zone_stops() {
+    let said = |zones: &str| lines(&ring_with_zone(zones));
+    assert_line(&said(""), "ring: up to 3 robots at nodes never all wait", &["nothing to mend"]);
+    let block = said("Zones:\n- {Name: Block, Capacity: 1, Edges: [1, 2, 3, 4]}\n");
+    assert_line(&block, "zone: 1 zone (`Block`: 1 robot) lets fewer robots in", &["bounds"]);
+    assert_line(&block, "under-way: at most 3 robots", &["(a bound: zones may allow fewer)"]);
+    assert!(!block.iter().any(|line| line.contains("never all wait")), "{block:#?}");
+    let block = said("Zones:\n- {Name: Block, Capacity: 2, Edges: [1, 2, 3, 4]}\n");
+    assert_line(&block, "ring: up to 2 robots at nodes never all wait", &["more may wait at"]);
+    assert!(!block.iter().any(|line| line.contains("nothing to mend")), "{block:#?}");
+}
+
+#[test]
+fn a_zone_makes_the_room_of_a_section_a_bound() {
+    let node = |id: u32| format!("- {{Id: {id}, X: {}, Y: 0, Theta: 0}}\n", 10 * id);
+    let edge = |id: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {id}, Destination_ID: {}, CurveType: Linear, \
+             VelocityForward: 1, VelocityBackwards: 1}}\n",
+            id + 1
+        )
+    };
+    let road =
+        format!("Vertices:\n{}{}{}Edges:\n{}{}", node(1), node(2), node(3), edge(1), edge(2));
+    let zoned = format!("{road}Zones:\n- {{Name: Door, Rule: same_direction, Edges: [1, 2]}}\n");
+    assert_line(&lines(&road), "section: ", &["it holds 3 robots at its nodes"]);
+    assert_line(&lines(&zoned), "section: ", &["it holds at most 3 robots at its nodes"]);
+    assert_line(&lines(&zoned), "zone: 1 zone (`Door`: one direction at a time)", &[]);
+}
+
+#[test]
+fn on_a_ring_robots_exchange_places_by_going_round() {
+    let ring = "id,x,y\n1,0,0\n2,10,0\n3,10,10\n4,0,10\n\nfrom,to,speed\n\
+                1,2,1\n2,1,1\n2,3,1\n3,2,1\n3,4,1\n4,3,1\n4,1,1\n1,4,1\n";
+    let said = lines(ring);
+    assert_line(&said, "section: single track of 40.0 m", &["places only by going round"]);
+    assert!(!said.iter().any(|line| line.contains("ever pass")), "{said:#?}");
+    let path = lines("id,x,y\n1,0,0\n2,9,0\n3,18,0\n\nfrom,to,speed\n1,2,1\n2,1,1\n2,3,1\n3,2,1\n");
+    assert_line(&path, "section: single track of 18.0 m", &["no two robots can ever pass"]);
+}
+
+#[test]
+fn a_trap_beside_a_road_changes_no_section() {
+    let road = "id,x,y\nA,0,0\nB,10,0\nC,20,0\nT,10,9\n\nfrom,to,speed\n\
+                A,B,1\nB,A,1\nB,C,1\nC,B,1\n";
+    let is_section = |line: &String| line.starts_with("section") || line.starts_with("dead-end");
+    let sections =
+        |text: &str| -> Vec<String> { lines(text).into_iter().filter(is_section).collect() };
+    let alone = sections(road);
+    assert_eq!(alone.len(), 1);
+    assert!(alone[0].contains("no two robots can ever pass"), "{alone:?}");
+    assert_eq!(sections(&format!("{road}B,T,1\n")), alone);
+}
+
+#[test]
+fn a_loop_at_its_end_is_no_dead_end() {
+    let said = lines(
+        "id,x,y\nA,0,0\nB,6,0\nC,3,4\nD,10,0\nE,14,4\nF,14,-4\n\nfrom,to,speed\n\
+         A,B,1\nB,C,1\nC,A,1\nB,D,1\nD,B,1\nD,E,1\nE,D,1\nE,F,1\nF,E,1\nF,D,1\nD,F,1\n",
+    );
+    assert!(!said.iter().any(|line| line.contains("comes out first")), "{said:#?}");
+    assert_line(&said, "section: single track of 19.3 m with a ring, from `D`", &[]);
+}
+
+#[test]
+fn a_crawling_edge_is_too_slow_and_not_missing() {
+    let said = lines(
+        "id,x,y\nA,0,0\nB,9,0\nC,9,9\nSlow,20,9\nIsle,30,9\n\nfrom,to,speed\n\
+         A,B,1\nB,C,1\nC,A,1\nC,Slow,1\nSlow,C,0.001\nSlow,Isle,0.002\nIsle,Slow,0.002\n",
+    );
+    assert_line(
+        &said,
+        "part: 1 node (`Slow`) can't be left",
+        &["edges 5, 6 are too slow to count as ways (under 0.01 m/s): raise the speed"],
+    );
+    assert_line(&said, "part: 1 node (`Isle`) can't be reached", &["edges 6, 7 are too slow"]);
+    assert_line(&said, "slow: edge 5 is driven at 0.001 m/s, too slow to count as a way", &[]);
+    let wrong = ["add an edge", "join the roads", "dead end"];
+    let is_wrong = |line: &String| wrong.iter().any(|wrong| line.contains(wrong));
+    assert!(!said.iter().any(is_wrong), "{said:#?}");
+}
+
+#[test]
+fn without_a_way_back_no_robot_is_under_way() {
+    let said = lines("id,x,y\nA,0,0\nB,9,0\n\nfrom,to,speed\nA,B,1\nB,A,0.001\n");
+    assert_line(
+        &said,
+        "under-way: no robot of the main part can be",
+        &["speeds that are too slow"],
+    );
+    assert_line(
+        &said,
+        "part: 1 node (`B`) can't be left",
+        &["edge 2 is too slow to count as a way"],
+    );
+    let is_other = |line: &String| line.contains("it holds") || line.starts_with("ring");
+    assert!(!said.iter().any(is_other), "{said:#?}");
+}
+
+#[test]
+fn nodes_of_the_same_name_have_their_ids() {
+    let node = |id: u32, name: &str| {
+        format!("- {{Id: {id}, X: {}, Y: 0, Theta: 0, Name: {name}}}\n", 10 * id)
+    };
+    let edge = |id: u32, from: u32, to: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+             VelocityForward: 1, VelocityBackwards: 1}}\n"
+        )
+    };
+    let text = format!(
+        "Vertices:\n{}{}{}Edges:\n{}{}",
+        node(1, "Door"),
+        node(2, "Hall"),
+        node(3, "Door"),
+        edge(1, 1, 2),
+        edge(2, 2, 3),
+    );
+    assert_line(&lines(&text), "section: ", &["`Door` (1), `Hall`, `Door` (3)"]);
+}
+
+#[test]
+fn sections_without_room_share_a_line() {
+    let mut text = String::from("id,x,y\n");
+    let mut roads = String::new();
+    for (x, y) in (0..4).flat_map(|x| (0..4).map(move |y| (x, y))) {
+        text += &format!("{x}-{y},{x},{y}\n");
+        for (x2, y2) in [(x + 1, y), (x, y + 1)].into_iter().filter(|(x, y)| *x < 4 && *y < 4) {
+            roads += &format!("{x}-{y},{x2}-{y2},1\n{x2}-{y2},{x}-{y},1\n");
+        }
+    }
+    let text = format!("{text}\nfrom,to,speed\n{roads}");
+    let said = lines(&text);
+    assert_line(&said, "section: 16 single tracks of 1.0 m hold no robot between their ends", &[]);
+    assert!(!said.iter().any(|line| line.contains(" 0 robots")), "{said:#?}");
 }

@@ -12,7 +12,7 @@ use crate::traffic::network::Network;
 use crate::traffic::passing::Passing;
 use crate::traffic::stations::station_names;
 use crate::traffic::tracks::{TrackKind, Tracks};
-use crate::traffic::{Certainty, Certificate, CutOff, Effect, RobotType, Section};
+use crate::traffic::{Certainty, Certificate, CutOff, Effect, Exchange, RobotType, Section};
 use crate::{NodeIndex, Role};
 
 /// The number of random layouts for each verdict.
@@ -259,6 +259,11 @@ impl Sections {
         prop_assert_eq!(set(&section.dead_ends), dead_ends);
         if self.is_path(nodes) {
             prop_assert!(!self.model.can_exchange(nodes), "{:?}", section);
+        }
+        match section.exchange {
+            Exchange::Never => prop_assert!(!self.model.can_exchange(nodes), "{:?}", section),
+            Exchange::Possible => prop_assert!(self.model.can_exchange(nodes), "{:?}", section),
+            Exchange::Unknown => prop_assert!(!section.ends.is_empty(), "{:?}", section),
         }
         Ok(())
     }

@@ -1,0 +1,131 @@
+//! The lines about robots in each other's way: zones, rings, stations, nodes beside roads.
+
+use regatta_base::graph::NodeIndex;
+
+use super::names::{Writer, listed};
+use super::{Remark, Topic};
+use crate::model::value::{plural, shorten};
+use crate::model::zones::{Zone, ZoneRule};
+use crate::traffic::InTheWay;
+use crate::traffic::room::{Certainty, Count};
+use crate::traffic::stations::{BlockingStation, Effect};
+
+impl Writer<'_> {
+    /// The line about the zones, if there are any.
+    pub fn zones(&self) -> Option<Remark> {
+        let zones = self.certificate.zones.as_slice();
+        let (noun, let_in) = match zones.len() {
+            0 => return None,
+            1 => ("zone", "lets"),
+            _ => ("zones", "let"),
+        };
+        let message = format!(
+            "{} {noun} ({}) {let_in} fewer robots in than the roads hold, and robots may wait for \
+             each other there: the numbers in the other lines don't count zones, they are bounds; \
+             let robots stop outside of zones",
+            zones.len(),
+            listed(zones.len(), zones.iter().map(zone))
+        );
+        let edges: Vec<_> = zones.iter().flat_map(|zone| &zone.edges).copied().collect();
+        let nodes: Vec<_> = zones.iter().flat_map(|zone| &zone.nodes).copied().collect();
+        Some(Remark::new(Topic::Zone, message).about(&nodes).on(&edges))
+    }
+
+    pub fn rings(&self) -> Vec<Remark> {
+        let rings = &self.certificate.rings;
+        let mut remarks = Vec::new();
+        if let Some((a, b)) = rings.pair {
+            let message = format!(
+                "2 robots may wait for each other at {}, such as {} and {}: unless they can pass \
+                 between nodes, one has to back off; let robots in from one side at a time",
+                pairs_of_nodes(rings.pairs),
+                self.node(a),
+                self.node(b)
+            );
+            let robots = Some(Count { robots: 2, certainty: Certainty::Exact });
+            remarks.push(Remark { robots, ..Remark::new(Topic::Ring, message).about(&[a, b]) });
+        }
+        remarks.extend(rings.smallest.iter().map(|ring| self.ring(ring)));
+        if rings.certainty == Certainty::Bound {
+            let others = match rings.smallest.as_slice() {
+                [] => "it isn't known whether there are any",
+                _ => "there may be more, and smaller ones than those here",
+            };
+            let message = format!("the search for rings of 3 robots or more was stopped: {others}");
+            remarks.push(Remark::new(Topic::Ring, message));
+        }
+        remarks.extend(self.safe());
+        remarks
+    }
+
+    /// The number of robots that is proved safe, if it is more than one.
+    fn safe(&self) -> Option<Remark> {
+        let robots = match self.certificate.safe_robots() {
+            None => "any number of robots".to_owned(),
+            Some(0 | 1) => return None,
+            Some(robots) => format!("up to {robots} robots"),
+        };
+        let more = match self.certificate.zones.as_slice() {
+            [] => "nothing to mend",
+            _ => "more may wait at zones",
+        };
+        let message = format!(
+            "{robots} at nodes never all wait for each other, wherever they stand and go: {more}"
+        );
+        Some(Remark::new(Topic::Ring, message))
+    }
+
+    fn ring(&self, ring: &[NodeIndex]) -> Remark {
+        let message = format!(
+            "{} robots at {} close a ring: each waits for the next one; keep one of these nodes \
+             free, or add a way out",
+            ring.len(),
+            self.nodes(ring)
+        );
+        let robots = Some(Count { robots: ring.len() as u32, certainty: Certainty::Exact });
+        Remark { robots, ..Remark::new(Topic::Ring, message).about(ring) }
+    }
+
+    pub fn station(&self, station: &BlockingStation) -> Remark {
+        let name = self.station_at(station.node);
+        let effect = match station.effect {
+            Effect::CutsOff(from, to) => format!(
+                "no way leads from {} to {} meanwhile; move it to a bay beside the road, or add a \
+                 way round",
+                self.node(from),
+                self.node(to)
+            ),
+            Effect::Detour => "others have to take another way; move it to a bay beside the road, \
+                               or keep that way free"
+                .to_owned(),
+            Effect::Unknown => "it isn't known whether another way exists, as the search was \
+                                stopped; move it to a bay beside the road"
+                .to_owned(),
+        };
+        let message = format!("a robot at the station {name} blocks a through road: {effect}");
+        Remark::new(Topic::Station, message).about(&[station.node])
+    }
+
+    pub fn in_the_way(&self, found: &InTheWay) -> Remark {
+        let message = format!(
+            "a robot at node {} touches robots on {}, which {} there: stop elsewhere, or move the \
+             roads apart",
+            self.node(found.node),
+            self.edges(&found.edges),
+            if found.edges.len() == 1 { "doesn't end" } else { "don't end" },
+        );
+        Remark::new(Topic::InTheWay, message).about(&[found.node]).on(&found.edges)
+    }
+}
+
+fn zone(zone: &Zone) -> String {
+    let rule = match zone.rule {
+        ZoneRule::Capacity(robots) => plural(robots.get() as usize, "robot"),
+        ZoneRule::SameDirection => "one direction at a time".to_owned(),
+    };
+    format!("`{}`: {rule}", shorten(&zone.name))
+}
+
+fn pairs_of_nodes(count: usize) -> String {
+    if count == 1 { "1 pair of nodes".to_owned() } else { format!("{count} pairs of nodes") }
+}
