@@ -311,7 +311,7 @@ fn pipes_devices_and_sparse_files_are_refused_everywhere() {
         &["info", "FILE"],
         &["validate", "FILE"],
         &["orders", "import", "FILE"],
-        &["orders", "list", "--token-file", "FILE"],
+        &["orders", "list", "--url", "http://127.0.0.1:9", "--token-file", "FILE"],
     ];
     let square = graphs("square.yaml");
     for file in [pipe.as_path(), &sparse, Path::new("/dev/zero")] {

@@ -112,7 +112,7 @@ fn plugins_in_lockstep_lose_no_events_because_frames_are_rare() {
     let output = regatta()
         .arg("engine")
         .arg(graphs("thirty.yaml"))
-        .args(["--fleet", fleet.as_str(), "--publish-rate", "1", "--lockstep", "nobody"])
+        .args(["--fleet", fleet.as_str(), "--publish-rate", "0.01", "--lockstep", "nobody"])
         .output()
         .expect("it starts");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();

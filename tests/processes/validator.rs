@@ -145,7 +145,7 @@ fn an_order_without_a_way_is_a_finding_and_a_node_is_found_by_another_name() {
     );
     let run = |stop: &str| {
         write("orders.yaml", &format!("orders:\n- {{name: a, stops: [{{at: {stop}}}]}}\n"));
-        let args = ["run", "scenario.yaml", "--in-process", "--simulated", "1min"];
+        let args = ["run", "scenario.yaml", "--trust", "--in-process", "--simulated", "1min"];
         Process::start(regatta().current_dir(folder.path()).args(args)).finish()
     };
     let stored = run("Storage 01");

@@ -493,10 +493,8 @@ fn files_that_can_not_be_read_are_rejected() {
     // A sparse file: it takes no space on the disk, and must take none in memory.
     std::fs::File::create(folder.path().join("large")).unwrap().set_len(2 << 30).unwrap();
     assert!(read("large").to_string().contains("too large: at most 256 MiB"));
-    assert!(matches!(
-        regatta_layout::read(std::path::Path::new("/dev/zero"), &ReadOptions::default()),
-        Err(GraphError::TooLarge { .. })
-    ));
+    let device = regatta_layout::read(std::path::Path::new("/dev/zero"), &ReadOptions::default());
+    assert!(device.unwrap_err().to_string().contains("a pipe or a device"));
 }
 
 #[test]

@@ -60,7 +60,7 @@ pub(super) const COMMANDS: [&str; 14] = [
 ];
 
 /// The names of the order log's records, by number.
-pub(super) const ORDERS: [&str; 10] = [
+pub(super) const ORDERS: [&str; 12] = [
     "unknown",
     "created",
     "stop",
@@ -71,6 +71,8 @@ pub(super) const ORDERS: [&str; 10] = [
     "finished",
     "failed",
     "cancelled",
+    "unroutable",
+    "reopened",
 ];
 
 /// The names of the actions at stops, by number.
