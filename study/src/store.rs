@@ -201,7 +201,7 @@ impl Store {
             Err(Doubt::Missing) => return Ok(None),
             Err(doubt) => {
                 self.doubt(&path, &format!("{doubt}: its run is done again"));
-                // What can't be removed can't be replaced either, which the run will tell.
+                // A file that can't be removed can't be replaced either: the run will tell it.
                 let _ = fs::remove_file(&path);
                 return Ok(None);
             }

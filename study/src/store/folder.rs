@@ -29,7 +29,7 @@ pub enum Unsafe {
 /// # Errors
 /// [`Unsafe`].
 pub fn check_folder(folder: &Path) -> Result<(), Unsafe> {
-    // What doesn't exist, or can't be looked at, can't be written either.
+    // A path that doesn't exist, or can't be looked at, can't be written either.
     if let Ok(metadata) = fs::metadata(folder) {
         check_owner(folder, &metadata)?;
     }

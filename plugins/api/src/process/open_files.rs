@@ -23,7 +23,7 @@ pub(crate) fn reason(error: impl fmt::Display) -> String {
 #[cfg(unix)]
 fn shortage() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile).current?;
-    // Where it can't be listed, for want of files, there are too few.
+    // If it can't be listed, for want of files, there are too few.
     let open = std::fs::read_dir("/proc/self/fd").map_or(limit, |files| files.count() as u64);
     (limit < open + NEEDED).then_some(limit)
 }

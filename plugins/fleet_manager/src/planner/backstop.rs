@@ -5,7 +5,7 @@
 //! their goals or out of it, and they drive in that order. A robot that has made its last hop is
 //! left to the planner again. While nothing stands, the planner's plans stay as they are.
 //!
-//! Where all robots stand, and the roads aren't large, all of the roads are one region, in which
+//! If all robots stand, and the roads aren't large, all of the roads are one region, in which
 //! robots may stand at each end of a leg. If LaCAM doesn't bring several robots to their goals soon,
 //! one after the other is tried alone, in a search that also proves that there is no way.
 

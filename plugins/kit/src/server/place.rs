@@ -140,7 +140,7 @@ const SEND_BUFFER_BYTES: usize = 128 << 10;
 /// Bounds the buffers of a listener's connections: by default the system keeps megabytes for each.
 #[cfg(unix)]
 fn bound_buffers(listener: &std::net::TcpListener) {
-    // Where the system refuses, its own bounds hold.
+    // If the system refuses, its own bounds hold.
     let _ = rustix::net::sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER_BYTES);
 }
 
