@@ -7,6 +7,7 @@ mod population;
 mod producer;
 mod routes;
 mod standing;
+mod zone_room;
 
 use std::sync::Arc;
 

@@ -22,10 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_layout::{Orientation, RouteGraph};
+use regatta_layout::{EdgeIndex, NodeIndex, Orientation, RouteGraph};
 use regatta_motion::{
     EdgeHeading, EdgeHeadings, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Plans,
-    PoseColumns, Route, SpeedVariation, SupportedIsa, TimeStep, TooManyPieces, Tracks,
+    PoseColumns, Route, SpeedVariation, SupportedIsa, TimeStep, TooManyPieces, Tracks, leg_of,
 };
 use regatta_plugin::frame::{BYTES_PER_LINE, ColumnsMut, RobotState, WORDS_PER_LINE, stride_lines};
 use regatta_scenario::RobotType;
@@ -242,6 +242,14 @@ impl Fleet {
         let row = self.row(robot).ok()?;
         let columns = &self.columns;
         Some(self.motion.pose(columns.piece.get(row), columns.w[row], columns.heading_rule(row)))
+    }
+
+    /// Returns the edge that a robot is on and the node ahead of it, or just the node that it stands
+    /// on; `None` if there is no such robot.
+    pub fn place(&self, robot: u32) -> Option<(Option<EdgeIndex>, NodeIndex)> {
+        let row = self.row(robot).ok()?;
+        let leg = leg_of(self.columns.piece.get(row), self.columns.edge[row]);
+        Some((leg.map(|leg| leg.edge), self.node_ahead(row)))
     }
 
     /// Number of robots by [`RobotState`]; absent ones aren't counted. Reads one byte per robot.

@@ -16,7 +16,9 @@ use regatta_plugin::{AFTER_VARIABLE, LOAD_VARIABLE, Termination};
 use regatta_run::{Run, RunError};
 use regatta_scenario::{Overrides, Scenario};
 use regatta_study::job::{Job, Manager};
-use regatta_study::outcome::{EdgeOutcome, LastState, Outcome, Stall, edges, stalls};
+use regatta_study::outcome::{
+    EdgeOutcome, Example, LastState, Outcome, Stall, edges, examples, stalls,
+};
 use regatta_study::store::check_folder;
 use regatta_study::workers::{NO_ROOM, UNWRITABLE};
 use serde_json::Value;
@@ -292,13 +294,15 @@ fn outcome(
         return Err(format!("{missed} samples of the order log were lost; run it again").into());
     }
     let wall_secs = started.elapsed().as_secs_f64();
-    let Judged { findings, stalls } = judged;
-    Ok(Outcome { job: job.id(), digest, figures, findings, stalls, edges, wall_secs })
+    let Judged { findings, examples, stalls } = judged;
+    Ok(Outcome { job: job.id(), digest, figures, findings, examples, stalls, edges, wall_secs })
 }
 
 /// The validator's findings about a run; none if it isn't judged.
+#[derive(Default)]
 struct Judged {
     findings: BTreeMap<String, u64>,
+    examples: BTreeMap<String, Example>,
     stalls: Vec<Stall>,
 }
 
@@ -306,10 +310,11 @@ impl Judged {
     /// `last` is the state of the fleet at the end.
     fn new(job: &Job, validator: Option<Value>, last: &LastState) -> Result<Self, Failure> {
         let Some(validator) = validator else {
-            return Ok(Self { findings: BTreeMap::new(), stalls: Vec::new() });
+            return Ok(Self::default());
         };
         let findings = findings(&validator).collect();
-        Ok(Self { findings, stalls: stalls(validator, last, job.secs as f64)? })
+        let examples = examples(&validator)?;
+        Ok(Self { findings, examples, stalls: stalls(validator, last, job.secs as f64)? })
     }
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
 use crate::certificate::certificate;
-use crate::outcome::{EdgeOutcome, Stall};
+use crate::outcome::{EdgeOutcome, Example, Stall};
 use crate::plan::{Plan, Precision, Variant};
 use crate::statistics::Interval;
 use crate::sweep::{Curve, Known, Point, Run};
@@ -161,6 +161,8 @@ pub struct RunAnswer {
     /// Times in which robots with orders made no progress. The figures of such a run aren't those
     /// of traffic.
     pub stalls: Vec<Stall>,
+    /// The first finding of the validator of each kind.
+    pub examples: BTreeMap<String, Example>,
 }
 
 impl Answer {
@@ -269,6 +271,7 @@ impl PointAnswer {
             digest: run.digest.clone(),
             orders_per_hour: run.orders_per_hour,
             stalls: run.stalls.clone(),
+            examples: run.examples.clone(),
         });
         Self {
             robots: point.robots,

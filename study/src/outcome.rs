@@ -1,5 +1,6 @@
 //! The outcome of a job, and the figures that a study takes from it.
 
+mod example;
 mod stall;
 
 use std::collections::BTreeMap;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::job::JobId;
 use crate::statistics::{percentile, warm_up};
 
+pub use example::{Example, examples};
 pub use stall::{LastState, Stall, StallKind, stalls};
 
 /// The result file of a job.
@@ -24,6 +26,8 @@ pub struct Outcome {
     pub figures: Figures,
     /// The numbers of the validator's findings by kind; kinds without findings are left out.
     pub findings: BTreeMap<String, u64>,
+    /// The first of them of each kind.
+    pub examples: BTreeMap<String, Example>,
     /// The times in which robots with orders made no progress.
     pub stalls: Vec<Stall>,
     /// The edges where robots waited.
@@ -132,6 +136,8 @@ pub struct Measured {
     pub unserved: u64,
     /// The validator's other findings, by kind.
     pub other_findings: BTreeMap<String, u64>,
+    /// The first finding of each kind.
+    pub examples: BTreeMap<String, Example>,
     /// Orders that were finished in the whole run, the warm-up included.
     pub finished_orders: u64,
     /// Orders that the manager gave up.
@@ -144,8 +150,9 @@ pub struct Measured {
 
 /// The most periods of a run: those of a week, of a second each.
 const MOST_PERIODS: f64 = 604_800.0;
-/// The validator's names for contacts, and for orders that waited for a long time.
-const CONTACT: &str = "contact";
+/// The validator's name for a contact.
+pub(crate) const CONTACT: &str = "contact";
+/// Its name for an order that waited for a long time.
 const UNSERVED: &str = "unserved";
 /// Its names for findings that are counted as stalls.
 const STALLS: [&str; 3] = ["standstill", "livelock", "stuck"];
@@ -219,12 +226,19 @@ impl Outcome {
             stalls: self.stalls.clone(),
             unserved,
             other_findings,
+            examples: self.examples.clone(),
             finished_orders: finished.len() as u64,
             failed_orders: *failed,
             open_orders: *open,
             wall_secs: self.wall_secs,
         }
     }
+}
+
+/// Returns a time as minutes and seconds.
+fn clock(secs: f64) -> String {
+    let secs = secs.round().max(0.0) as u64;
+    format!("{}:{:02} min", secs / 60, secs % 60)
 }
 
 fn ratio(part: f64, whole: f64) -> f64 {
@@ -275,6 +289,7 @@ mod tests {
             digest: "d".to_owned(),
             figures,
             findings,
+            examples: BTreeMap::new(),
             stalls: Vec::new(),
             edges: Vec::new(),
             wall_secs: 1.5,

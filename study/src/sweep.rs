@@ -218,6 +218,7 @@ mod tests {
             stalls: Vec::new(),
             unserved: 0,
             other_findings: BTreeMap::new(),
+            examples: BTreeMap::new(),
             finished_orders: orders_per_hour as u64,
             failed_orders: 0,
             open_orders: 0,

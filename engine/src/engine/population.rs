@@ -62,14 +62,13 @@ impl Simulation {
         let Scenario { graph, robot_types, seed, .. } = &self.scenario;
         let mut places = StandingPlaces::new(graph, robot_types, *seed);
         for robot in 0..self.fleet.robots() as u32 {
-            if let Some([x, y, theta]) = self.fleet.pose(robot) {
+            if let (Some([x, y, theta]), Some(place)) =
+                (self.fleet.pose(robot), self.fleet.place(robot))
+            {
                 let robot_type =
                     &robot_types[usize::from(self.fleet.robot_types()[robot as usize])];
-                places.occupy(
-                    robot_type,
-                    DVec2::new(x.into(), y.into()),
-                    DVec2::from_angle(theta.into()),
-                );
+                let pose = (DVec2::new(x.into(), y.into()), DVec2::from_angle(theta.into()));
+                places.occupy(robot_type, pose, place);
             }
         }
         places

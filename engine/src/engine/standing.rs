@@ -1,16 +1,17 @@
 //! Places for robots that stand and wait for commands: seeded random ends of edges, where no two
-//! footprints touch.
+//! footprints touch and no zone holds more robots than its rule allows.
 
 use std::collections::BTreeMap;
 
 use glam::DVec2;
 use regatta_base::random::mix;
 use regatta_layout::model::components::Components;
-use regatta_layout::{EdgeIndex, Gear, Leg, Orientation, RouteGraph};
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
 use regatta_motion::Tracks;
 use regatta_scenario::RobotType;
 
 use super::footprint::Footprint;
+use super::zone_room::ZoneRoom;
 use crate::fleet::Placement;
 
 /// The smallest distance between two footprints, in metres.
@@ -25,6 +26,7 @@ pub(super) struct StandingPlaces {
     /// robot.
     tried: Vec<usize>,
     cells: BTreeMap<[i64; 2], Vec<Footprint>>,
+    zones: ZoneRoom,
     /// Metres: two robots in cells that aren't neighbours are far enough from each other.
     cell_size: f64,
 }
@@ -50,11 +52,23 @@ impl StandingPlaces {
             cell_size = cell_size.max(diameter);
         }
         cell_size += MARGIN;
-        Self { ends, tried: vec![0; robot_types.len()], cells: BTreeMap::new(), cell_size }
+        Self {
+            ends,
+            tried: vec![0; robot_types.len()],
+            cells: BTreeMap::new(),
+            zones: ZoneRoom::new(graph),
+            cell_size,
+        }
     }
 
-    /// Adds the footprint of a robot that stands. `heading` is a unit vector.
-    pub fn occupy(&mut self, robot_type: &RobotType, position: DVec2, heading: DVec2) {
+    /// Adds a robot on an edge, or at a node, with the node ahead of it.
+    pub fn occupy(
+        &mut self,
+        robot_type: &RobotType,
+        (position, heading): (DVec2, DVec2),
+        (edge, node): (Option<EdgeIndex>, NodeIndex),
+    ) {
+        self.zones.add(edge, node);
         let footprint = Footprint::new(robot_type, position, heading);
         self.cells.entry(self.cell(position)).or_default().push(footprint);
     }
@@ -69,9 +83,12 @@ impl StandingPlaces {
             let tried = self.tried.get_mut(usize::from(index))?;
             let edge = *self.ends.get(*tried)?;
             *tried += 1;
-            let (position, heading) = end_pose(graph, tracks, edge);
-            if self.is_free(position, &Footprint::new(robot_type, position, heading)) {
-                self.occupy(robot_type, position, heading);
+            let pose @ (position, heading) = end_pose(graph, tracks, edge);
+            let place = (Some(edge), graph.edge(edge).destination);
+            if self.zones.has_room(place.0, place.1)
+                && self.is_free(position, &Footprint::new(robot_type, position, heading))
+            {
+                self.occupy(robot_type, pose, place);
                 return Some(Placement::Edge(edge, tracks.edge_length(edge) as f32));
             }
         }
@@ -125,7 +142,7 @@ fn end_pose(graph: &RouteGraph, tracks: &Tracks, edge: EdgeIndex) -> (DVec2, DVe
 #[cfg(test)]
 mod tests {
     use regatta_layout::generate::Warehouse;
-    use regatta_layout::{ReadOptions, parse};
+    use regatta_layout::{ReadOptions, Zone, ZoneRule, parse};
     use regatta_scenario::Shape;
 
     use super::*;
@@ -190,6 +207,25 @@ mod tests {
             |edge: &EdgeIndex| arrivals(&graph)[graph.edge(*edge).destination.0 as usize] == 1;
         assert!(is_simple(&places[0]) && !places.iter().all(is_simple));
     }
+
+    #[test]
+    fn no_zone_holds_more_robots_than_its_rule_allows() {
+        let text = "id,x,y\nA,0,0\nB,9,0\nC,9,9\n\nfrom,to\nA,B\nB,C\nC,A\n";
+        let (graph, _) = parse(text, "ring.csv", &ReadOptions::default()).expect("a graph");
+        let door = Zone {
+            name: "door".into(),
+            rule: ZoneRule::EXCLUSIVE,
+            nodes: vec![NodeIndex(0), NodeIndex(1)],
+            edges: Vec::new(),
+        };
+        let graph = graph.with_zones(vec![door]);
+        for seed in 0..8 {
+            let ends: Vec<_> =
+                fill(&graph, seed).iter().map(|edge| graph.edge(*edge).destination.0).collect();
+            assert!(ends.len() == 2 && ends.contains(&2), "{seed}: {ends:?}");
+        }
+    }
+
     #[test]
     fn no_robot_stands_on_an_island() {
         let text = "id,x,y\nA,0,0\nB,9,0\nI,0,50\nJ,9,50\n\nfrom,to\nI,J\nA,B\nB,A\n";

@@ -6,6 +6,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::clock;
+
 /// The largest number of robots that a text names.
 const MOST_NAMED: usize = 6;
 
@@ -143,12 +145,6 @@ impl fmt::Display for Stall {
             .collect();
         if waits.is_empty() { Ok(()) } else { write!(f, " ({})", waits.join(", ")) }
     }
-}
-
-/// Returns a time as minutes and seconds.
-fn clock(secs: f64) -> String {
-    let secs = secs.round().max(0.0) as u64;
-    format!("{}:{:02} min", secs / 60, secs % 60)
 }
 
 #[cfg(test)]

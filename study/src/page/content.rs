@@ -219,7 +219,23 @@ fn comparison_blocks(answer: &Answer, comparison: &Comparison) -> Vec<Block> {
         ]);
     }
     let heading = format!("{} against {base}", comparison.name);
-    vec![Block::Heading(2, heading), Block::Table(rows)]
+    let mut blocks = vec![Block::Heading(2, heading), Block::Table(rows)];
+    blocks.extend(other_load(answer, comparison).map(Block::Caveat));
+    blocks
+}
+
+/// Tells that the compared variants don't carry the same orders: stations are cut off in one only.
+fn other_load(answer: &Answer, comparison: &Comparison) -> Option<String> {
+    let base = answer.variants.first()?;
+    let other = answer.variants.iter().find(|variant| variant.name == comparison.name)?;
+    if base.left_out == other.left_out && base.other_stops == other.other_stops {
+        return None;
+    }
+    Some(format!(
+        "**Not the same orders**: `{}` and `{}` leave out different stations, so that the \
+         difference isn't that of the roads alone.",
+        base.name, other.name
+    ))
 }
 
 fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {

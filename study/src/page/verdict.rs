@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use crate::answer::{Answer, KneeAnswer, PointAnswer, VariantAnswer};
+use crate::outcome::CONTACT;
 use crate::plan::robots_in_words;
 use crate::statistics::Interval;
 
@@ -254,19 +255,40 @@ pub(super) fn safety(answer: &Answer) -> String {
     for (kind, count) in answer.variants.iter().flat_map(|variant| &variant.other_findings) {
         *others.entry(kind).or_default() += count;
     }
-    let others: Vec<String> =
-        others.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
+    let others: Vec<String> = others
+        .iter()
+        .map(|(kind, count)| format!("{kind} {count}{}", first_finding(answer, kind)))
+        .collect();
     let others = match others.is_empty() {
         true => "no other findings".to_owned(),
-        false => format!("**other findings**: {}", others.join(", ")),
+        false => format!("**other findings**: {}", others.join("; ")),
     };
     match contacts {
         0 => format!(
             "No robot touched another in {runs} runs, as an independent validator judged them; \
              {others}."
         ),
-        count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
+        count => format!(
+            "**Robots touched each other {count} times** in {runs} runs{}; {others}.",
+            first_finding(answer, CONTACT)
+        ),
     }
+}
+
+/// Tells the first finding of a kind: run, robots and time, in parentheses. Empty if no run has an
+/// example.
+fn first_finding(answer: &Answer, kind: &str) -> String {
+    for variant in &answer.variants {
+        for point in &variant.points {
+            for run in &point.runs {
+                if let Some(example) = run.examples.get(kind) {
+                    let (name, robots) = (prefix(variant), robots_in_words(point.robots));
+                    return format!(" (first: {name}{robots}, seed {}: {example})", run.seed);
+                }
+            }
+        }
+    }
+    String::new()
 }
 
 /// Returns a mean with half of its interval, or says that it isn't known.

@@ -17,6 +17,7 @@ fn outcome(id: &JobId) -> Outcome {
         digest: "0".repeat(32),
         figures: regatta_meter::Figures { secs: 600.0, period_secs: 10.0, ..Default::default() },
         findings: BTreeMap::new(),
+        examples: BTreeMap::new(),
         stalls: Vec::new(),
         edges: vec![EdgeOutcome { waiting_secs: 2.5, ..EdgeOutcome::new(7) }],
         wall_secs: 1.25,

@@ -29,8 +29,8 @@ pub struct MainPart {
 /// Stations and nodes that are cut off from the main part in the same way.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
-    /// The way in which they are cut off.
-    pub cut_off: CutOff,
+    /// The way in which they are cut off; `None` for stations without a node.
+    pub cut_off: Option<CutOff>,
     /// The names of stations without a node in the main part; of a node if it has a role and is no
     /// station's. In ascending order.
     pub stations: Vec<String>,
@@ -68,12 +68,9 @@ fn left_out(graph: &RouteGraph, parts: &[Part]) -> Vec<LeftOut> {
     }
     let mut found: BTreeMap<u8, LeftOut> = BTreeMap::new();
     for part in parts {
-        let (stations, other_nodes) = (Vec::new(), 0);
-        let found = found.entry(part.cut_off as u8).or_insert(LeftOut {
-            cut_off: part.cut_off,
-            stations,
-            other_nodes,
-        });
+        let (cut_off, stations, other_nodes) = (Some(part.cut_off), Vec::new(), 0);
+        let found =
+            found.entry(part.cut_off as u8).or_insert(LeftOut { cut_off, stations, other_nodes });
         for node in &part.nodes {
             if let Some(names) = of_nodes.get(node) {
                 found.stations.extend_from_slice(names);
@@ -85,11 +82,21 @@ fn left_out(graph: &RouteGraph, parts: &[Part]) -> Vec<LeftOut> {
         }
     }
     let mut found: Vec<LeftOut> = found.into_values().collect();
+    let stations = unlinked(graph);
+    if !stations.is_empty() {
+        found.push(LeftOut { cut_off: None, stations, other_nodes: 0 });
+    }
     for found in &mut found {
         found.stations.sort();
         found.stations.dedup();
     }
     found
+}
+
+/// Returns the names of the stations without a node.
+pub(super) fn unlinked(graph: &RouteGraph) -> Vec<String> {
+    let unlinked = graph.stations().iter().filter(|station| station.nodes.is_empty());
+    unlinked.map(|station| station.name.clone()).collect()
 }
 
 fn node_name(node: &Node) -> String {
@@ -155,9 +162,10 @@ impl fmt::Display for LeftOut {
             (true, _) => f.write_str(&plural(*other_nodes, "node"))?,
         }
         f.write_str(match cut_off {
-            CutOff::CannotBeLeft => ", from which no way leads back",
-            CutOff::CannotBeReached => ", to which no way leads",
-            CutOff::Apart => ", to and from which no way leads",
+            Some(CutOff::CannotBeLeft) => ", from which no way leads back",
+            Some(CutOff::CannotBeReached) => ", to which no way leads",
+            Some(CutOff::Apart) => ", to and from which no way leads",
+            None => ", which no node serves",
         })
     }
 }
@@ -189,6 +197,21 @@ mod tests {
                 "stations `I`, `J`, to and from which no way leads",
             ]
         );
+    }
+
+    #[test]
+    fn a_station_without_a_node_is_left_out_by_name() {
+        let text = "id,x,y\nA,0,0\nB,9,0\n\nfrom,to\nA,B\nB,A\n";
+        let (graph, _) = parse(text, "plant.csv", &ReadOptions::default()).expect("a graph");
+        let ghost = Station { name: "Ghost".into(), ..Station::default() };
+        let graph = graph.with_surroundings(vec![ghost], Vec::new());
+        let said: Vec<String> = MainPart::of(&graph)
+            .expect("a part")
+            .left_out
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(said, ["station `Ghost`, which no node serves"]);
     }
 
     #[test]

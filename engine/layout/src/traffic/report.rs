@@ -95,6 +95,7 @@ impl Certificate {
         let mut remarks = vec![writer.under_way()];
         remarks.extend(writer.zones());
         remarks.extend(self.parts.iter().map(|part| writer.part(part)));
+        remarks.extend(roads::unlinked_stations(graph));
         let (without_room, sections): (Vec<&Section>, Vec<&Section>) =
             self.sections.iter().partition(|section| section.is_without_room());
         remarks.extend(sections.into_iter().map(|section| writer.section(section)));

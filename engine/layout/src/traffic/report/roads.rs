@@ -4,7 +4,9 @@ use regatta_base::graph::{CRAWL, EdgeIndex, Gear};
 
 use super::names::{Writer, robots};
 use super::{Remark, Topic};
+use crate::model::route_graph::RouteGraph;
 use crate::model::value::{duration, plural};
+use crate::traffic::main_part::{LeftOut, unlinked};
 use crate::traffic::parts::{Cause, CutOff, Part};
 use crate::traffic::room::Certainty;
 use crate::traffic::sections::{Exchange, Section, SectionKind, Shape};
@@ -178,6 +180,17 @@ impl Writer<'_> {
         );
         Remark::new(Topic::Slow, message).on(&[slow.leg.edge])
     }
+}
+
+/// Tells the stations without a node, if there are some.
+pub fn unlinked_stations(graph: &RouteGraph) -> Option<Remark> {
+    let stations = unlinked(graph);
+    if stations.is_empty() {
+        return None;
+    }
+    let left_out = LeftOut { cut_off: None, stations, other_nodes: 0 };
+    let message = format!("{left_out}: no robot comes there; link it to a node of the roads");
+    Some(Remark::new(Topic::Part, message))
 }
 
 fn missing(cut_off: CutOff) -> &'static str {
