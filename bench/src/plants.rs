@@ -1,6 +1,7 @@
 //! `regatta-bench plants`: the fleet manager on many plants, with each of several planners. Each
 //! plant is a study of its own, by the program `regatta`.
 
+mod generated;
 mod manifest;
 mod measure;
 mod summary;
@@ -31,8 +32,8 @@ pub struct PlantsArgs {
     /// Measure only plants whose names contain one of these texts; separated by commas
     #[arg(long, value_name = "TEXT", value_delimiter = ',')]
     only: Vec<String>,
-    /// Numbers of robots, separated by commas
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16])]
+    /// Numbers of robots, separated by commas; 1, 2, 4, … up to half of a plant's nodes if not given
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     robots: Vec<u32>,
     /// Planners of the fleet manager, separated by commas; the first is compared with the others
@@ -47,6 +48,9 @@ pub struct PlantsArgs {
     #[arg(long, value_name = "N", default_value_t = 60)]
     #[arg(value_parser = clap::value_parser!(u64).range(2..=7 * 24 * 60))]
     minutes: u64,
+    /// A look: 2 runs of 20 minutes each, with 16 robots at most
+    #[arg(long, conflicts_with_all = ["robots", "seeds", "minutes"])]
+    quick: bool,
     /// Runs side by side; the number of cores if not given
     #[arg(short, long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
@@ -56,12 +60,29 @@ pub struct PlantsArgs {
 struct Plan {
     /// In ascending order.
     robots: Vec<u32>,
+    limit: Limit,
     /// The first is compared with the others.
     planners: Vec<String>,
     seeds: u64,
     minutes: u64,
     jobs: Option<NonZeroUsize>,
 }
+
+/// The largest number of robots on a plant.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Limit {
+    /// As many as it holds.
+    Room,
+    /// Half of the nodes of its main part, at least one.
+    HalfOfNodes,
+}
+
+/// The numbers of robots unless some are given: each plant has those up to half of its nodes.
+const ROBOTS: [u32; 10] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512];
+/// The same for a look.
+const QUICK_ROBOTS: &[u32] = &[1, 2, 4, 8, 16];
+const QUICK_SEEDS: u64 = 2;
+const QUICK_MINUTES: u64 = 20;
 
 /// A layout that the program doesn't take.
 struct Refused {
@@ -80,7 +101,9 @@ pub fn run(program: &Program, args: &PlantsArgs) -> Result<ExitCode, Failure> {
     args.output.check("plants")?;
     let plan = Plan::new(args)?;
     let folder = temporary_folder()?;
-    let sources = sources(args, manifest::write_shipped(folder.path())?)?;
+    let mut shipped = manifest::write_shipped(folder.path())?;
+    shipped.extend(generated::write_generated(folder.path())?);
+    let sources = sources(args, shipped)?;
     measure::check(program, &plan, folder.path())?;
     let results = measure_all(program, &plan, &sources)?;
     let summary = Summary::new(&plan, &results.plants);
@@ -123,7 +146,8 @@ fn measure_all(program: &Program, plan: &Plan, sources: &[Source]) -> Result<Res
         let name = source.name.clone();
         match measure::measure(program, plan, source)? {
             Answer::Measured(study) => {
-                results.plants.push(Plant { name, runs: study.runs, failures: study.failures });
+                let measure::Study { runs, failures } = study;
+                results.plants.push(Plant { name, kind: source.kind, runs, failures });
             }
             Answer::Refused(reason) => results.refused.push(Refused { name, reason }),
         }
@@ -134,7 +158,15 @@ fn measure_all(program: &Program, plan: &Plan, sources: &[Source]) -> Result<Res
 
 impl Plan {
     fn new(args: &PlantsArgs) -> Result<Self, Failure> {
-        let mut robots = args.robots.clone();
+        let (mut robots, limit) = match (args.quick, args.robots.is_empty()) {
+            (true, _) => (QUICK_ROBOTS.to_vec(), Limit::HalfOfNodes),
+            (false, true) => (ROBOTS.to_vec(), Limit::HalfOfNodes),
+            (false, false) => (args.robots.clone(), Limit::Room),
+        };
+        let (seeds, minutes) = match args.quick {
+            true => (QUICK_SEEDS, QUICK_MINUTES),
+            false => (args.seeds, args.minutes),
+        };
         robots.sort_unstable();
         robots.dedup();
         for (index, planner) in args.planners.iter().enumerate() {
@@ -142,12 +174,6 @@ impl Plan {
                 return Err(format!("--planners: '{planner}' is there twice; give it once").into());
             }
         }
-        Ok(Self {
-            robots,
-            planners: args.planners.clone(),
-            seeds: args.seeds,
-            minutes: args.minutes,
-            jobs: args.jobs,
-        })
+        Ok(Self { robots, limit, planners: args.planners.clone(), seeds, minutes, jobs: args.jobs })
     }
 }

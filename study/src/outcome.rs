@@ -26,7 +26,8 @@ pub struct Outcome {
     pub figures: Figures,
     /// The numbers of the validator's findings by kind; kinds without findings are left out.
     pub findings: BTreeMap<String, u64>,
-    /// The first of them of each kind.
+    /// The first of them of each kind; none in a result of an earlier version.
+    #[serde(default)]
     pub examples: BTreeMap<String, Example>,
     /// The times in which robots with orders made no progress.
     pub stalls: Vec<Stall>,

@@ -13,6 +13,25 @@ pub struct Source {
     /// Its name in the report.
     pub name: String,
     pub path: PathBuf,
+    pub kind: Kind,
+}
+
+/// The origin of a layout. The report counts them apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Drawn by somebody, or a test case.
+    File,
+    Generated,
+}
+
+impl Kind {
+    /// The plants of the kind, as the beginning of a heading.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::File => "Plants of files",
+            Self::Generated => "Generated plants",
+        }
+    }
 }
 
 /// A file of the repository, as part of this program.
@@ -89,8 +108,12 @@ pub fn write_shipped(folder: &Path) -> Result<Vec<Source>, Failure> {
         fs::create_dir_all(path.parent().unwrap_or(folder))?;
         write(&path, file.text)?;
     }
-    let plants = PLANTS.iter().map(|file| file.name);
-    Ok(plants.map(|name| Source { name: name.to_owned(), path: folder.join(name) }).collect())
+    let mut sources = Vec::new();
+    for Shipped { name, .. } in PLANTS {
+        let (name, path) = ((*name).to_owned(), folder.join(name));
+        sources.push(Source { name, path, kind: Kind::File });
+    }
+    Ok(sources)
 }
 
 /// Returns a shipped plant in the folder of all, on which options can be checked.
@@ -112,7 +135,8 @@ pub fn find(folder: &Path) -> Result<Vec<Source>, Failure> {
             format!("{}: no layouts; give a folder with files {known}", folder.display()).into()
         );
     }
-    Ok(paths.into_iter().map(|path| Source { name: name(folder, &path), path }).collect())
+    let kind = Kind::File;
+    Ok(paths.into_iter().map(|path| Source { name: name(folder, &path), path, kind }).collect())
 }
 
 /// Adds all layouts of a folder and its subfolders.

@@ -10,12 +10,14 @@ use regatta::experiment::{check_interrupt, temporary_folder, wait};
 use regatta::failure::Failure;
 use regatta::program::Program;
 use regatta::supervisor::Supervisor;
+use regatta_layout::ReadOptions;
+use regatta_layout::traffic::MainPart;
 use regatta_study::job::{Job, Manager};
 use regatta_study::outcome::Outcome;
 
-use super::Plan;
 use super::manifest::{Source, probe};
 use super::tables::shortened;
+use super::{Limit, Plan};
 
 /// The time between two looks at a running study.
 const POLL: Duration = Duration::from_millis(20);
@@ -43,6 +45,10 @@ pub struct Run {
     /// The part of the robots' time in which they waited for room, from 0 to 1.
     pub waiting: f64,
     pub contacts: u64,
+    /// Times in which robots with orders made no progress.
+    pub stalls: usize,
+    /// Orders that waited for 20 minutes.
+    pub unserved: u64,
     pub other_findings: u64,
     /// Orders that the fleet manager gave up.
     pub failed_orders: u64,
@@ -79,7 +85,7 @@ pub enum Answer {
 /// # Errors
 /// If the program refuses them.
 pub fn check(program: &Program, plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    let mut command = study(program, plan, &probe(folder));
+    let mut command = study(program, plan, &probe(folder), &plan.robots[..1]);
     let output = command.arg("--export-jobs").arg(folder.join("check")).output()?;
     check_interrupt()?;
     if output.status.success() {
@@ -95,7 +101,11 @@ pub fn check(program: &Program, plan: &Plan, folder: &Path) -> Result<(), Failur
 /// If the study can't be run, or its results can't be read.
 pub fn measure(program: &Program, plan: &Plan, source: &Source) -> Result<Answer, Failure> {
     let folder = temporary_folder()?;
-    let mut command = study(program, plan, &source.path);
+    let robots = match plan.limit {
+        Limit::Room => plan.robots.clone(),
+        Limit::HalfOfNodes => up_to_half(&plan.robots, &source.path),
+    };
+    let mut command = study(program, plan, &source.path, &robots);
     command.arg("--output").arg(folder.path());
     if let Some(jobs) = plan.jobs {
         command.arg("--jobs").arg(jobs.to_string());
@@ -111,9 +121,20 @@ pub fn measure(program: &Program, plan: &Plan, source: &Source) -> Result<Answer
     Ok(Answer::Measured(Study { runs, failures }))
 }
 
+/// Returns the numbers of robots up to half of the nodes of a plant's main part, and the first one;
+/// all if it can't be read, so that the study tells the reason.
+fn up_to_half(robots: &[u32], plant: &Path) -> Vec<u32> {
+    let Ok((graph, _)) = regatta_layout::read(plant, &ReadOptions::default()) else {
+        return robots.to_vec();
+    };
+    let nodes = MainPart::of(&graph).map_or(0, |main| main.graph.nodes().len());
+    let rest = robots.iter().skip(1).filter(|robots| 2 * **robots as usize <= nodes);
+    robots.iter().take(1).chain(rest).copied().collect()
+}
+
 /// Returns the command of a study, without its folder.
-fn study(program: &Program, plan: &Plan, plant: &Path) -> Command {
-    let robots: Vec<String> = plan.robots.iter().map(u32::to_string).collect();
+fn study(program: &Program, plan: &Plan, plant: &Path, robots: &[u32]) -> Command {
+    let robots: Vec<String> = robots.iter().map(u32::to_string).collect();
     let mut command = program.command();
     command.arg("study").arg(plant).args(["--robots", &robots.join(","), "--reliefs", "0"]);
     command.args(["--seeds", &format!("{0}..{0}", plan.seeds)]);
@@ -177,7 +198,9 @@ fn figures(job: &Job, outcome: &Outcome) -> Result<Run, Failure> {
         orders_per_hour: measured.orders_per_hour,
         waiting: measured.waiting,
         contacts: measured.contacts,
-        other_findings: measured.unserved + measured.other_findings.values().sum::<u64>(),
+        stalls: measured.stalls.len(),
+        unserved: measured.unserved,
+        other_findings: measured.other_findings.values().sum(),
         failed_orders: measured.failed_orders,
         open_orders: outcome.figures.open,
         longest_gap_secs: longest_gap(outcome),
@@ -226,6 +249,7 @@ fn reason(message: &str, source: &Source) -> String {
 mod tests {
     use serde_json::{Value, json};
 
+    use super::super::manifest::Kind;
     use super::*;
 
     fn job(args: &[&str]) -> Value {
@@ -290,7 +314,8 @@ mod tests {
 
     #[test]
     fn a_reason_names_the_line_and_not_the_path() {
-        let source = Source { name: "b/a.yaml".to_owned(), path: "/tmp/b/a.yaml".into() };
+        let (name, kind) = ("b/a.yaml".to_owned(), Kind::File);
+        let source = Source { name, path: "/tmp/b/a.yaml".into(), kind };
         let cases = [
             ("/tmp/b/a.yaml: no edges", "no edges"),
             ("/tmp/b/a.yaml:7: no edges", "line 7: no edges"),

@@ -1,6 +1,7 @@
 //! The arithmetic of the report: the first planner beside the others, on all plants.
 
 use super::Plan;
+use super::manifest::Kind;
 use super::measure::Run;
 
 /// The first planner is behind if it carries less than this part of the best of the others.
@@ -9,6 +10,7 @@ pub const BEHIND: f64 = 0.95;
 /// A plant that was measured.
 pub struct Plant {
     pub name: String,
+    pub kind: Kind,
     pub runs: Vec<Run>,
     pub failures: Vec<String>,
 }
@@ -32,6 +34,7 @@ pub struct Total {
     pub runs: usize,
     pub standstills: usize,
     pub contacts: u64,
+    pub unserved: u64,
     pub other_findings: u64,
     pub failed_orders: u64,
     pub longest_gap_secs: f64,
@@ -53,18 +56,26 @@ pub struct Comparison {
     pub neither: usize,
 }
 
-/// The figures of all plants.
-pub struct Summary {
-    /// Cells where the first planner and another one were measured.
-    pub cells: Vec<Cell>,
+/// The figures of all plants of a kind.
+pub struct Group {
+    pub kind: Kind,
     pub totals: Vec<Total>,
     pub comparisons: Vec<Comparison>,
 }
 
+/// The figures of all plants.
+pub struct Summary {
+    /// Cells where the first planner and another one were measured.
+    pub cells: Vec<Cell>,
+    /// One for each kind of which there are plants.
+    pub groups: Vec<Group>,
+}
+
 impl Run {
-    /// Whether nothing was carried after the warm-up, although there were orders.
+    /// Whether robots with orders made no progress for a long time, or nothing was carried after
+    /// the warm-up, although there were orders.
     pub fn is_standstill(&self) -> bool {
-        self.orders_per_hour == 0.0 && self.open_orders > 0
+        self.stalls > 0 || (self.orders_per_hour == 0.0 && self.open_orders > 0)
     }
 }
 
@@ -117,21 +128,24 @@ impl Cell {
 }
 
 impl Total {
-    fn new(planner: &str, plants: &[Plant]) -> Self {
+    fn new(planner: &str, plants: &[&Plant]) -> Self {
         let mut total = Self { planner: planner.to_owned(), ..Self::default() };
-        plants.iter().flat_map(|plant| plant.runs_with(planner)).for_each(|run| total.add(run));
+        for run in plants.iter().flat_map(|plant| plant.runs_with(planner)) {
+            total.add(run);
+        }
         total
     }
 
     /// Returns the runs of one plant, added up.
     pub fn of_plant(planner: &str, plant: &Plant) -> Self {
-        Self::new(planner, std::slice::from_ref(plant))
+        Self::new(planner, &[plant])
     }
 
     fn add(&mut self, run: &Run) {
         self.runs += 1;
         self.standstills += usize::from(run.is_standstill());
         self.contacts += run.contacts;
+        self.unserved += run.unserved;
         self.other_findings += run.other_findings;
         self.failed_orders += run.failed_orders;
         self.longest_gap_secs = self.longest_gap_secs.max(run.longest_gap_secs);
@@ -139,7 +153,7 @@ impl Total {
 }
 
 impl Comparison {
-    fn new(first: &str, other: &str, robots: &[u32], plants: &[Plant]) -> Self {
+    fn new(first: &str, other: &str, robots: &[u32], plants: &[&Plant]) -> Self {
         let mut comparison = Self { other: other.to_owned(), ..Self::default() };
         let mut of_plants = Vec::new();
         for plant in plants {
@@ -176,11 +190,22 @@ impl Summary {
         for plant in plants {
             cells.extend(plan.robots.iter().filter_map(|&n| plant.cell(&plan.planners, n)));
         }
-        let totals = plan.planners.iter().map(|planner| Total::new(planner, plants));
+        let kinds = [Kind::File, Kind::Generated].into_iter();
+        Self { cells, groups: kinds.filter_map(|kind| Group::new(plan, kind, plants)).collect() }
+    }
+}
+
+impl Group {
+    fn new(plan: &Plan, kind: Kind, plants: &[Plant]) -> Option<Self> {
+        let plants: Vec<&Plant> = plants.iter().filter(|plant| plant.kind == kind).collect();
+        if plants.is_empty() {
+            return None;
+        }
+        let totals = plan.planners.iter().map(|planner| Total::new(planner, &plants));
         let (first, others) = plan.planners.split_at(1.min(plan.planners.len()));
         let comparisons =
-            others.iter().map(|other| Comparison::new(&first[0], other, &plan.robots, plants));
-        Self { cells, totals: totals.collect(), comparisons: comparisons.collect() }
+            others.iter().map(|other| Comparison::new(&first[0], other, &plan.robots, &plants));
+        Some(Self { kind, totals: totals.collect(), comparisons: comparisons.collect() })
     }
 }
 
@@ -196,6 +221,7 @@ fn geometric_mean(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plants::Limit;
 
     /// A plant with one run per planner and number of robots, from 1 on.
     fn plant(name: &str, figures: [&[f64]; 3]) -> Plant {
@@ -208,12 +234,13 @@ mod tests {
                 runs.push(run);
             }
         }
-        Plant { name: name.to_owned(), runs, failures: Vec::new() }
+        Plant { name: name.to_owned(), kind: Kind::File, runs, failures: Vec::new() }
     }
 
     fn plan() -> Plan {
         let planners = ["a", "b", "c"].map(str::to_owned).to_vec();
-        Plan { robots: vec![1, 2, 3], planners, seeds: 2, minutes: 60, jobs: None }
+        let (robots, limit) = (vec![1, 2, 3], Limit::Room);
+        Plan { robots, limit, planners, seeds: 2, minutes: 60, jobs: None }
     }
 
     #[test]
@@ -247,7 +274,7 @@ mod tests {
             // No cell where both carry.
             plant("r", [&[0.0], &[7.0], &[]]),
         ];
-        let comparisons = Summary::new(&plan(), &plants).comparisons;
+        let comparisons = &Summary::new(&plan(), &plants).groups[0].comparisons;
         let Comparison { ratio, plants, both, only_first, only_other, neither, .. } =
             &comparisons[0];
         assert!((ratio.expect("cells") - 2.0).abs() < 1e-12, "{ratio:?}");

@@ -5,16 +5,18 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::measure::Run;
-use super::summary::{BEHIND, Cell, Comparison, Plant, Summary, Total};
-use super::{Plan, Results};
+use super::summary::{BEHIND, Cell, Comparison, Group, Plant, Summary, Total};
+use super::{Limit, Plan, Results};
 
 pub fn markdown(plan: &Plan, results: &Results, summary: &Summary, environment: &str) -> String {
     let mut text = format!("# The fleet manager on many plants\n\n{environment}\n\n");
     text += &explanation(plan, results);
     text += &table(plan, &results.plants);
     text += &behind(plan, summary);
-    text += &totals(summary);
-    text += &comparisons(plan, summary);
+    for group in &summary.groups {
+        text += &totals(group);
+        text += &comparisons(plan, group);
+    }
     let failures = results.plants.iter().flat_map(|plant| {
         plant.failures.iter().map(|failure| format!("{}: {failure}", plant.name))
     });
@@ -27,15 +29,20 @@ pub fn markdown(plan: &Plan, results: &Results, summary: &Summary, environment: 
 fn explanation(plan: &Plan, results: &Results) -> String {
     format!(
         "{} plants, {} runs of {} simulated minutes for each number of robots and each planner, by \
-         `regatta study`. Each robot has an order at any time, and stands for 4 to 12 s at each \
+         `regatta study`.{} Each robot has an order at any time, and stands for 4 to 12 s at each \
          stop. Columns with a number of robots have the orders an hour after the warm-up, the mean \
          of the runs; '–' where the plant holds fewer robots. In brackets: {} relative to the best \
-         of the other planners. A run is a standstill if no order is finished after its warm-up, \
-         which is at most its first half, although orders are open. 'Longest without an order' \
-         also shows fleets that stop later.\n\n",
+         of the other planners. A run is a standstill if robots with orders made no progress for \
+         five minutes, as the validator found, or if no order is finished after its warm-up, which \
+         is at most its first half, although orders are open. Late orders waited for 20 minutes. \
+         Generated plants are counted apart.\n\n",
         results.plants.len(),
         plan.seeds,
         plan.minutes,
+        match plan.limit {
+            Limit::Room => "",
+            Limit::HalfOfNodes => " No plant has more robots than half of its nodes.",
+        },
         plan.planners[0],
     )
 }
@@ -108,37 +115,41 @@ fn behind(plan: &Plan, summary: &Summary) -> String {
     text
 }
 
-fn totals(summary: &Summary) -> String {
-    let mut text = "\n## Standstills and contacts\n\n\
-                    | planner | standstills | contacts | other findings | orders given up |\n\
-                    |---|---|---|---|---|\n"
-        .to_owned();
-    for total in &summary.totals {
-        let Total { planner, contacts, other_findings, failed_orders, .. } = total;
+fn totals(group: &Group) -> String {
+    let mut text = format!(
+        "\n## {}: standstills and contacts\n\n\
+         | planner | standstills | contacts | late orders | other findings | orders given up |\n\
+         |---|---|---|---|---|---|\n",
+        group.kind.words()
+    );
+    for total in &group.totals {
+        let Total { planner, contacts, unserved, other_findings, failed_orders, .. } = total;
         let standstills = of_runs(total);
         let _ = writeln!(
             text,
-            "| {planner} | {standstills} | {contacts} | {other_findings} | {failed_orders} |"
+            "| {planner} | {standstills} | {contacts} | {unserved} | {other_findings} | \
+             {failed_orders} |"
         );
     }
     text
 }
 
-fn comparisons(plan: &Plan, summary: &Summary) -> String {
-    if summary.comparisons.is_empty() {
+fn comparisons(plan: &Plan, group: &Group) -> String {
+    if group.comparisons.is_empty() {
         return String::new();
     }
     let first = &plan.planners[0];
     let mut text = format!(
-        "\n## {first} relative to the other planners\n\n\
+        "\n## {}: {first} relative to the other planners\n\n\
          The geometric mean over plants, each of which counts with the geometric mean over its \
          numbers of robots. Only cells where both planners carry orders are in it; the others are \
          counted apart, in the last three columns.\n\n\
          | relative to | mean | plants | cells | only {first} carries | only the other | neither \
          |\n\
-         |---|---|---|---|---|---|---|\n"
+         |---|---|---|---|---|---|---|\n",
+        group.kind.words()
     );
-    for comparison in &summary.comparisons {
+    for comparison in &group.comparisons {
         let Comparison { other, plants, both, only_first, only_other, neither, .. } = comparison;
         let ratio = comparison.ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.3}"));
         let _ = writeln!(
@@ -167,8 +178,7 @@ pub fn json(plan: &Plan, results: &Results, summary: &Summary, machine: Value) -
         "summary": {
             "cells": summary.cells.len(),
             "behind": behind.map(cell_json).collect::<Vec<_>>(),
-            "totals": summary.totals.iter().map(total_json).collect::<Vec<_>>(),
-            "comparisons": summary.comparisons.iter().map(comparison_json).collect::<Vec<_>>(),
+            "groups": summary.groups.iter().map(group_json).collect::<Vec<_>>(),
         },
     })
 }
@@ -193,7 +203,8 @@ fn run_json(run: &Run) -> Value {
     json!({
         "planner": run.planner, "robots": run.robots, "seed": run.seed,
         "orders_per_hour": run.orders_per_hour, "standstill": run.is_standstill(),
-        "waiting": run.waiting, "contacts": run.contacts, "other_findings": run.other_findings,
+        "waiting": run.waiting, "contacts": run.contacts, "stalls": run.stalls,
+        "unserved": run.unserved, "other_findings": run.other_findings,
         "failed_orders": run.failed_orders, "open_orders": run.open_orders,
         "longest_gap_secs": run.longest_gap_secs, "wall_secs": run.wall_secs,
     })
@@ -206,10 +217,19 @@ fn cell_json(cell: &Cell) -> Value {
     })
 }
 
+fn group_json(group: &Group) -> Value {
+    json!({
+        "kind": group.kind.words(),
+        "totals": group.totals.iter().map(total_json).collect::<Vec<_>>(),
+        "comparisons": group.comparisons.iter().map(comparison_json).collect::<Vec<_>>(),
+    })
+}
+
 fn total_json(total: &Total) -> Value {
     json!({
         "planner": total.planner, "runs": total.runs, "standstills": total.standstills,
-        "contacts": total.contacts, "other_findings": total.other_findings,
+        "contacts": total.contacts, "unserved": total.unserved,
+        "other_findings": total.other_findings,
         "failed_orders": total.failed_orders, "longest_gap_secs": total.longest_gap_secs,
     })
 }
@@ -262,6 +282,7 @@ pub fn shortened(text: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plants::manifest::Kind;
 
     fn cell(first: f64, best: f64) -> Cell {
         let (plant, best_planner) = ("p".to_owned(), "b".to_owned());
@@ -277,14 +298,16 @@ mod tests {
     #[test]
     fn a_plant_that_holds_fewer_has_a_dash_and_a_failed_run_says_so() {
         let planners = ["a", "b"].map(str::to_owned).to_vec();
-        let plan = Plan { robots: vec![1, 2, 4], planners, seeds: 2, minutes: 60, jobs: None };
+        let (robots, limit) = (vec![1, 2, 4], Limit::Room);
+        let plan = Plan { robots, limit, planners, seeds: 2, minutes: 60, jobs: None };
         let mut runs = Vec::new();
         for (planner, robots, orders_per_hour) in [("a", 1, 120.0), ("b", 1, 96.0), ("b", 2, 50.0)]
         {
             let planner = planner.to_owned();
             runs.push(Run { planner, robots, orders_per_hour, ..Run::default() });
         }
-        let plant = Plant { name: "p".to_owned(), runs, failures: Vec::new() };
+        let (name, kind) = ("p".to_owned(), Kind::File);
+        let plant = Plant { name, kind, runs, failures: Vec::new() };
         let text = table(&plan, &[plant]);
         let rows: Vec<&str> = text.lines().skip(2).collect();
         assert_eq!(
