@@ -17,7 +17,7 @@ use regatta_scenario::is_scenario;
 use self::traffic::TrafficArgs;
 use crate::arguments::{LayoutArgs, one_of};
 use crate::failure::Failure;
-use crate::output::{Destination, Force, STANDARD_STREAM, write_file};
+use crate::output::{Destination, Force, STANDARD_STREAM, show, write_file};
 use crate::progress::Progress;
 
 /// A subcommand of `regatta graph`.
@@ -179,7 +179,10 @@ pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
 fn info(file: &FileArgs, json: bool) -> Result<(), Failure> {
     let _progress = Progress::start(format!("reading {}", file.name()), 0);
     let info = Info::of(&file.read()?);
-    print!("{}", if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_string() });
+    match json {
+        true => println!("{}", serde_json::to_string_pretty(&info)?),
+        false => show(info),
+    }
     Ok(())
 }
 
@@ -241,7 +244,7 @@ fn diff(first: &Path, second: &Path, layout: &LayoutArgs) -> Result<ExitCode, Fa
     let (second, _) = regatta_layout::read(second, &layout.options())?;
     let differences = regatta_layout::check::diff::diff(&first, &second);
     for difference in &differences {
-        println!("{difference}");
+        show(format_args!("{difference}\n"));
     }
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

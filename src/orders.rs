@@ -9,6 +9,7 @@ use regatta_plugin::FleetName;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::output::show;
 
 #[derive(Subcommand)]
 pub enum OrdersCommand {
@@ -111,7 +112,7 @@ fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failu
             all.extend_from_slice(page);
         } else {
             for order in page {
-                println!("{}", line(order));
+                show(line(order) + "\n");
             }
         }
         match page.last().and_then(|order| order["name"].as_str()) {

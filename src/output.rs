@@ -2,12 +2,13 @@
 //! without `--force`.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::{self, File, Metadata};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use regatta_plugin::Termination;
+use regatta_plugin::{Termination, visible};
 
 use crate::failure::{Failure, plugin_failure};
 
@@ -107,6 +108,11 @@ pub fn unwritable(path: &Path, error: &io::Error) -> Failure {
         }
     };
     format!("{}: can't write: {advice}", path.display()).into()
+}
+
+/// Prints a text that may hold names of strangers.
+pub fn show(text: impl Display) {
+    print!("{}", visible(&text.to_string()));
 }
 
 /// Returns a number of things in words.

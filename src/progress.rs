@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use parking_lot::Mutex;
+use regatta_plugin::visible;
 
 /// The time until progress is shown.
 const QUIET_TIME: Duration = Duration::from_secs(1);
@@ -99,7 +100,7 @@ fn show(state: &State, ended: &mpsc::Receiver<()>) {
     let bar = bar(state);
     while !is_over(ended, FRAME_TIME) {
         bar.set_position(state.done.load(Ordering::Relaxed));
-        bar.set_message(state.current());
+        bar.set_message(visible(&state.current()).into_owned());
         bar.tick();
     }
     bar.finish_and_clear();

@@ -7,6 +7,7 @@ use regatta_record::{Published, play};
 use regatta_validator::{Judge, JudgeOptions};
 
 use crate::failure::Failure;
+use crate::output::show;
 
 /// Options of `regatta info`.
 #[derive(Args)]
@@ -23,7 +24,7 @@ pub fn info(args: &InfoArgs) -> Result<(), Failure> {
     let info = regatta_record::info(&args.file)?;
     match args.json {
         true => println!("{}", serde_json::to_string_pretty(&info)?),
-        false => print!("{info}"),
+        false => show(info),
     }
     Ok(())
 }
@@ -48,7 +49,7 @@ pub fn validate(args: &ValidateArgs) -> Result<(), Failure> {
         Published::Frame(frame) => judge.take_frame(&frame),
     })?;
     let report = judge.finish();
-    print!("{report}");
+    show(&report);
     args.judge.conclude(&report)?;
     Ok(())
 }

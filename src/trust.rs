@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use regatta_base::file;
+use regatta_plugin::visible;
 
 use crate::failure::Failure;
 use crate::user_files;
@@ -102,10 +103,8 @@ fn real_path(folder: &Path) -> io::Result<PathBuf> {
 
 fn ask(name: &str, folder: &Path, wishes: &[String]) -> Result<(), Failure> {
     regatta_plugin::tell!("{name} wants to start {}.", in_words(wishes));
-    let mut stderr = io::stderr().lock();
-    write!(stderr, "Do you trust the files in {}? [y/N] ", folder.display())?;
-    stderr.flush()?;
-    drop(stderr);
+    let question = format!("Do you trust the files in {}? [y/N] ", folder.display());
+    io::stderr().write_all(visible(&question).as_bytes())?;
     let mut answer = String::new();
     io::stdin().read_line(&mut answer)?;
     if !["y", "yes"].contains(&answer.trim().to_ascii_lowercase().as_str()) {

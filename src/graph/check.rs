@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::FileArgs;
 use super::traffic::{Traffic, TrafficArgs};
 use crate::failure::Failure;
-use crate::output::with_plural;
+use crate::output::{show, with_plural};
 use crate::progress::Progress;
 use crate::scenario::viewer_args;
 
@@ -49,7 +49,10 @@ pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCod
     };
     drop(progress);
     let name = file.name();
-    print!("{}", if json { format!("{:#}\n", checked.json(&name)) } else { checked.text(&name) });
+    match json {
+        true => println!("{:#}", checked.json(&name)),
+        false => show(checked.text(&name)),
+    }
     Ok(if checked.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

@@ -9,7 +9,7 @@ use regatta_study::plan::{Plan, Variant};
 use regatta_study::store::Store;
 
 use crate::failure::Failure;
-use crate::output::write_inside;
+use crate::output::{show, write_inside};
 
 /// Writes the answer into the folder of the study, and prints it.
 pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failure> {
@@ -30,7 +30,7 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
     }
     for block in &blocks {
         if let Block::Answer(text) | Block::Caveat(text) = block {
-            println!("{}", text.replace("**", ""));
+            show(text.replace("**", "") + "\n");
         }
     }
     println!("{}", folder.join("index.html").display());

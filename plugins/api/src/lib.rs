@@ -128,13 +128,14 @@
 
 /// Writes a line to standard error, as `eprintln!` does, but all at once, so that the lines of
 /// several processes don't mix, and continues if it can't be read any more: a plugin whose terminal
-/// or log was closed still serves its fleet.
+/// or log was closed still serves its fleet. Nothing of the line controls the terminal: it may hold
+/// texts of strangers.
 #[macro_export]
 macro_rules! tell {
     ($($line:tt)*) => {{
         use ::std::io::Write as _;
         let line = ::std::format!("{}\n", ::std::format_args!($($line)*));
-        let _ = ::std::io::stderr().write_all(line.as_bytes());
+        let _ = ::std::io::stderr().write_all($crate::visible(&line).as_bytes());
     }};
 }
 
@@ -148,6 +149,7 @@ pub mod process;
 pub mod producer;
 pub mod records;
 mod transport;
+mod visible;
 
 /// The plugins' README has a whole plugin: it compiles.
 #[cfg(all(doctest, feature = "shared-memory"))]
@@ -210,3 +212,4 @@ pub use records::{
     manager, order, recording, route, sequence, traffic, world,
 };
 pub use transport::local::LocalFleet;
+pub use visible::visible;

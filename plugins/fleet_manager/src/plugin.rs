@@ -366,6 +366,10 @@ impl Plugin for FleetManager {
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.commands, &mut self.pending, commands, &roads)?;
         manager.show_vehicles(&columns, charges);
+        manager.orders_mut().publish(now_secs);
+        // If this manager is killed, the next one goes on from the store: records of what isn't in
+        // there would contradict those of the next one.
+        manager.orders().settle();
         let logged = Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame);
         self.doing.clear();
         self.doing
@@ -376,7 +380,6 @@ impl Plugin for FleetManager {
             .zip(columns.state)
             .filter(|(_, state)| **state != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
-        manager.orders_mut().publish(now_secs);
         // Full shared memory ends neither the work on orders nor their store.
         logged?;
         ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;

@@ -64,7 +64,7 @@ class TickReader(Open, Generic[Header]):
     65536 ticks.
 
     While the body of a loop works, or if there is no loop, nothing is received. The last 1024 ticks with records are kept
-    then (at 100 ticks a second, those of 0.64 s or more). Older ones are lost: ``missed`` and :attr:`lost` count them,
+    then (at 100 ticks a second, those of 10 s or more). Older ones are lost: ``missed`` and :attr:`lost` count them,
     and a warning (of the logger ``regatta``) gives their number, the first time and whenever it is ten times as large.
 
     All records of a tick are published before its frame. In lockstep, :meth:`take` in the body of the loop over frames

@@ -9,6 +9,7 @@ use regatta_plugin::column::COLLISION;
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::{
     ColumnReader, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
+    visible,
 };
 
 use crate::history::PublishedHistory;
@@ -250,7 +251,7 @@ impl TrafficPlugin {
         let report = self.run_report();
         if cli.summary {
             // A closed standard output isn't an error.
-            let _ = write!(std::io::stdout(), "{}", report.summary());
+            let _ = write!(std::io::stdout(), "{}", visible(&report.summary()));
         }
         if let Some(path) = &cli.csv {
             report::write(path, &report.csv())?;

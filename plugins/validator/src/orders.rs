@@ -54,6 +54,8 @@ pub(crate) struct Orders {
     pub has_gaps: bool,
     /// Whether a sample of the log has come.
     has_begun: bool,
+    /// The number of the last sample, which begins anew with each manager.
+    sequence: u64,
     /// Open orders without a robot.
     waiting: u64,
     /// Robots that got an order, came to a stop or handled one since they were asked for.
@@ -78,7 +80,11 @@ impl Orders {
         // Samples published before the judge joined the log don't count as missing, but are
         // unknown.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && header.sequence > 1;
-        if is_incomplete || joined_late || header.dropped > 0 {
+        // A manager that was killed may have done more than it told, which the next one knows from
+        // its store.
+        let is_of_next_manager = header.sequence > 0 && header.sequence <= self.sequence;
+        self.sequence = header.sequence;
+        if is_incomplete || joined_late || is_of_next_manager || header.dropped > 0 {
             self.has_gaps = true;
             for order in self.orders.values_mut() {
                 order.is_whole = false;

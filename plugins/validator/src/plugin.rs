@@ -9,7 +9,7 @@ use clap::Parser;
 use regatta_plugin::column::TYPE;
 use regatta_plugin::{
     ColumnReader, Events, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result,
-    World,
+    World, visible,
 };
 #[cfg(feature = "shared-memory")]
 use regatta_plugin::{Error, usage_line};
@@ -182,7 +182,7 @@ impl Plugin for ValidatorProgram {
         self.validator.on_stop()?;
         let report = self.validator.take_report();
         // A closed standard output isn't a finding.
-        let _ = write!(std::io::stdout(), "{report}");
+        let _ = write!(std::io::stdout(), "{}", visible(&report.to_string()));
         Ok(self.options.conclude(&report)?)
     }
 }

@@ -207,8 +207,8 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
     Ok(orphans)
 }
 
-/// Removes unfinished segments, for which a process that is joining would wait for ever.
-pub(super) fn remove_unfinished() {
+/// Removes unfinished segments and files of services, for which a process would wait for ever.
+pub(crate) fn remove_unfinished() {
     remnants::remove_unfinished();
 }
 

@@ -34,7 +34,7 @@ pub mod store {
             match *self {}
         }
 
-        pub(crate) fn is_saved(&self) -> bool {
+        pub(crate) fn settle(&self) -> bool {
             match *self {}
         }
     }

@@ -269,10 +269,11 @@ impl OrderPool {
         self.threads.as_ref()?.address()
     }
 
-    /// Whether all published changes are in the store. A manager of real robots may wait for it
-    /// before a robot leaves a stop: a killed process loses the ticks that aren't in the store.
-    pub fn is_saved(&self) -> bool {
-        self.threads.as_ref().is_none_or(Threads::is_saved)
+    /// Waits until all published changes are in the store, and returns whether they are: not if the
+    /// disk is full, or takes seconds. A process that is killed loses the changes that aren't in the
+    /// store, so a manager settles them before it tells others of them.
+    pub fn settle(&self) -> bool {
+        self.threads.as_ref().is_none_or(Threads::settle)
     }
 
     /// Returns the order that a robot has, if it is in a state.

@@ -13,7 +13,7 @@ use super::store::Writer;
 use super::web::Web;
 
 /// The store and the web API of a pool, which run on threads of their own. Neither side waits for
-/// the other.
+/// the other, except in [`settle`](Self::settle).
 pub(super) struct Threads {
     pub(super) requests: Receiver<Request>,
     // The web API ends before the store, which it uses.
@@ -48,9 +48,9 @@ impl Threads {
         self.web.is_some()
     }
 
-    /// Whether all published changes are in the store.
-    pub(super) fn is_saved(&self) -> bool {
-        self.store.as_ref().is_none_or(Writer::is_saved)
+    /// Waits until all published changes are in the store. Returns whether they are.
+    pub(super) fn settle(&self) -> bool {
+        self.store.as_ref().is_none_or(Writer::settle)
     }
 
     /// The address of the web API over TCP.

@@ -426,6 +426,29 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     assert_eq!(found(judge), []);
 }
 
+/// Judges a transport without its sixth record. `sequence` numbers the samples.
+fn judged_without_sixth(sequence: fn(u64) -> u64) -> Vec<(Kind, u64)> {
+    let mut judge = judge();
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
+    let log: Vec<_> = (0..).zip(transport()).filter(|(number, _)| *number != 5).collect();
+    for tick in 0..=400 {
+        show(&mut judge, tick, &[carrier(tick)]);
+        for (number, (at, record)) in log.iter().filter(|(_, (at, _))| *at == tick) {
+            let sequence = sequence(*number);
+            let header = OrderHeader { run_id: 7, tick: *at, sequence, ..OrderHeader::default() };
+            judge.take_orders(&header, 0, &[*record]);
+        }
+    }
+    found(judge)
+}
+
+#[test]
+fn a_killed_manager_may_have_told_less_than_the_next_one_knows() {
+    assert_ne!(judged_without_sixth(|number| number + 1), []);
+    let of_two_managers = |number| if number < 5 { number + 1 } else { number - 5 };
+    assert_eq!(judged_without_sixth(of_two_managers), []);
+}
+
 /// Judges the transport as the log of run 7, whose samples have the numbers from `first` on. The
 /// samples of the first ticks are there `early` ticks before their frame, and so before the run's
 /// first one.

@@ -12,7 +12,7 @@ use super::segments::{age, ids, is_settled};
 use super::{HealthError, each_node};
 use crate::process::domain::{SHARED_MEMORY, config};
 
-/// Much longer than a segment has no length while it is created.
+/// Much longer than a segment or the file of a service is unfinished while it is created.
 const CREATION: Duration = Duration::from_secs(1);
 
 /// Returns the files and folders of dead nodes, by the node's id: of those that iceoryx2 knows to
@@ -62,29 +62,57 @@ pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
     }
 }
 
-/// Removes segments whose creator was killed before it gave them a length. A process of root that
-/// opens one waits for its creator for ever (a fault of iceoryx2 0.10), until it is removed.
+/// Removes the segments and the files of services whose creator was killed before it finished them.
+/// A process that opens one waits for its creator, for ever or until it gives up (a fault of
+/// iceoryx2 0.10), until it is removed.
 pub(super) fn remove_unfinished() {
     let Ok(config) = config() else { return };
-    let prefix = config.global.prefix.to_string();
-    let mut unfinished = Vec::new();
-    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix)
-            && let Ok(metadata) = entry.metadata()
-            && metadata.len() == 0
-            && age(&metadata) > CREATION
-        {
-            unfinished.push(entry.path());
-        }
-    }
+    let mut unfinished = unfinished_files(Path::new(SHARED_MEMORY), is_unfinished_segment);
+    let services = config.global.service_dir().to_string();
+    unfinished.extend(unfinished_files(Path::new(&services), is_unfinished_service));
     if unfinished.is_empty() {
         return;
     }
     let open = open_files();
-    for segment in unfinished.iter().filter(|segment| !open.contains(*segment)) {
+    for path in unfinished.iter().filter(|path| !open.contains(*path)) {
         // One of another user stays.
-        let _ = fs::remove_file(segment);
+        let _ = fs::remove_file(path);
     }
+}
+
+/// Returns this user's unfinished files in a folder that nobody is about to finish.
+fn unfinished_files(folder: &Path, is_unfinished: fn(&fs::Metadata) -> bool) -> Vec<PathBuf> {
+    let Ok(config) = config() else { return Vec::new() };
+    let prefix = config.global.prefix.to_string();
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
+    own.filter(|entry| {
+        let metadata = entry.metadata().ok().filter(fs::Metadata::is_file);
+        metadata.is_some_and(|metadata| is_unfinished(&metadata) && age(&metadata) > CREATION)
+    })
+    .map(|entry| entry.path())
+    .collect()
+}
+
+/// A segment gets a length first, and the right to be read last.
+fn is_unfinished_segment(metadata: &fs::Metadata) -> bool {
+    metadata.len() == 0 || mode(metadata) & 0o400 == 0
+}
+
+/// The file of a service can be written to until it is finished.
+fn is_unfinished_service(metadata: &fs::Metadata) -> bool {
+    mode(metadata) & 0o200 != 0
+}
+
+#[cfg(unix)]
+fn mode(metadata: &fs::Metadata) -> u32 {
+    std::os::unix::fs::MetadataExt::mode(metadata)
+}
+
+/// Elsewhere, files have no such rights: only their length tells.
+#[cfg(not(unix))]
+fn mode(_metadata: &fs::Metadata) -> u32 {
+    0o400
 }
 
 /// Returns the files that some process has open, as far as this user may see.

@@ -12,6 +12,7 @@ use crate::ports::services::{
     MAX_PARTICIPANTS, MAX_READERS, RequestService, SliceService, VERSION_ATTRIBUTE, service_name,
 };
 use crate::process::domain::config;
+use crate::process::health;
 use crate::process::join::Participant;
 use crate::process::open_files::reason;
 use crate::records::frame::CONTRACT_VERSION;
@@ -152,6 +153,8 @@ fn open<S, E: MayBeFull>(
             let holders = participants(node, fleet);
             return Err(OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders });
         }
+        // The creator of the service may have been killed: its remains would be in the way for ever.
+        health::remove_unfinished();
         std::thread::sleep(core::time::Duration::from_millis(50));
     }
 }

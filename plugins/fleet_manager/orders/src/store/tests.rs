@@ -269,3 +269,18 @@ fn orders_of_nodes_that_are_gone_stay_in_the_store() {
     assert_eq!((found.orders.len(), found.unplaced), (0, 1));
     assert_eq!(restored(&path, 1).orders.len(), 1);
 }
+
+#[test]
+fn settled_changes_are_in_the_store() {
+    let folder = folder();
+    let path = folder.path().join("orders.db");
+    let writer = Writer::start(open(&path).expect("a store")).expect("a thread");
+    let reader = Connection::open(&path).expect("a second connection");
+    for number in 1..=200 {
+        let order = Order::new(OrderId(number), order(&format!("order {number}")), 0.0);
+        writer.update(vec![Arc::new(order)], Vec::new());
+        assert!(writer.settle());
+        let count = reader.query_row("SELECT count(*) FROM transport_order", [], |row| row.get(0));
+        assert_eq!(count, Ok(number));
+    }
+}

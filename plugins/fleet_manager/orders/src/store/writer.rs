@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use parking_lot::{Condvar, Mutex};
 use regatta_plugin::tell;
 use rusqlite::{ErrorCode, Transaction, params};
 
@@ -19,11 +19,27 @@ use crate::threads::{InsertError, Job, Reply};
 const MAX_JOBS: usize = 4_096;
 /// The delay after a commit failed: the disk may have room again.
 const RETRY_DELAY: Duration = Duration::from_secs(1);
+/// The longest time to wait for the changes of a tick: a disk that hangs doesn't end the work.
+const LONGEST_WAIT: Duration = Duration::from_secs(2);
+
+/// The updates that the thread has not written yet.
+#[derive(Default)]
+struct Progress {
+    unsaved: Mutex<Unsaved>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Unsaved {
+    updates: usize,
+    /// Whether the last commit failed, so that nobody knows when the next one succeeds.
+    has_failed: bool,
+}
 
 /// The handle of the thread. Dropping it waits until all jobs are done or have failed.
 pub(crate) struct Writer {
     jobs: Option<Sender<Job>>,
-    unsaved: Arc<AtomicUsize>,
+    progress: Arc<Progress>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -31,19 +47,18 @@ impl Writer {
     /// Starts the thread.
     pub(super) fn start(store: OrderStore) -> std::io::Result<Self> {
         let (jobs, receiver) = channel();
-        let unsaved = Arc::new(AtomicUsize::new(0));
+        let progress = Arc::new(Progress::default());
         let mut thread = Thread {
             store,
             pending: BTreeMap::new(),
             replies: Vec::new(),
-            unsaved: unsaved.clone(),
+            progress: progress.clone(),
             taken: 0,
-            has_failed: false,
         };
         let thread = std::thread::Builder::new()
             .name("order-store".to_owned())
             .spawn(move || thread.run(&receiver))?;
-        Ok(Self { jobs: Some(jobs), unsaved, thread: Some(thread) })
+        Ok(Self { jobs: Some(jobs), progress, thread: Some(thread) })
     }
 
     /// Returns a way to send jobs from other threads.
@@ -56,15 +71,22 @@ impl Writer {
         if let Some(jobs) = &self.jobs
             && !(orders.is_empty() && done.is_empty())
         {
-            self.unsaved.fetch_add(1, Ordering::Relaxed);
+            self.progress.unsaved.lock().updates += 1;
             // The thread ends only after this sender.
             let _ = jobs.send(Job::Update { orders, done });
         }
     }
 
-    /// Whether all updates are written.
-    pub(crate) fn is_saved(&self) -> bool {
-        self.unsaved.load(Ordering::Acquire) == 0
+    /// Waits until all updates are written, but not for a store that can't be written to, nor
+    /// longer than [`LONGEST_WAIT`]. Returns whether they are.
+    pub(crate) fn settle(&self) -> bool {
+        let mut unsaved = self.progress.unsaved.lock();
+        self.progress.changed.wait_while_for(
+            &mut unsaved,
+            |unsaved| unsaved.updates > 0 && !unsaved.has_failed,
+            LONGEST_WAIT,
+        );
+        unsaved.updates == 0
     }
 }
 
@@ -82,10 +104,9 @@ struct Thread {
     /// Updates that aren't written yet: the newest of each order.
     pending: BTreeMap<OrderName, Arc<Order>>,
     replies: Vec<Reply<()>>,
-    unsaved: Arc<AtomicUsize>,
+    progress: Arc<Progress>,
     /// The number of updates in `pending`.
     taken: usize,
-    has_failed: bool,
 }
 
 type Insertion = (Vec<NewOrder>, f64, Reply<Result<(), InsertError>>);
@@ -129,7 +150,6 @@ impl Thread {
         self.report(result.as_ref().err());
         if result.is_ok() {
             self.pending.clear();
-            self.unsaved.fetch_sub(std::mem::take(&mut self.taken), Ordering::Release);
             for reply in self.replies.drain(..) {
                 reply(());
             }
@@ -154,19 +174,26 @@ impl Thread {
         Ok(results)
     }
 
-    /// Tells the user once when writing fails, and once when it works again.
+    /// Tells those who wait how it went, and the user once when writing fails, and once when it
+    /// works again.
     fn report(&mut self, error: Option<&rusqlite::Error>) {
         let path = self.store.path.display();
+        let mut unsaved = self.progress.unsaved.lock();
+        let had_failed = std::mem::replace(&mut unsaved.has_failed, error.is_some());
+        if error.is_none() {
+            unsaved.updates -= std::mem::take(&mut self.taken);
+        }
+        drop(unsaved);
+        self.progress.changed.notify_all();
         match error {
-            Some(error) if !self.has_failed => tell!(
+            Some(error) if !had_failed => tell!(
                 "fleet-manager: can't write to {path} ({}); acknowledged orders are kept, new ones \
                  are refused",
                 cause(error)
             ),
-            None if self.has_failed => tell!("fleet-manager: writing to {path} works again"),
+            None if had_failed => tell!("fleet-manager: writing to {path} works again"),
             _ => {}
         }
-        self.has_failed = error.is_some();
     }
 }
 
