@@ -59,6 +59,7 @@ from regatta._errors import (
     HeldError,
     NoEngineError,
     OpenError,
+    OwnedError,
     PublishError,
     ReadError,
     RefusedError,
@@ -70,6 +71,7 @@ from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
 from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
+from regatta._ownership import Ownership
 from regatta._rate import checked_rate
 from regatta._routes import Route
 from regatta._run import RunError, RunResult, run
@@ -216,6 +218,8 @@ __all__ = [
     "NoEngineError",
     "Obstacle",
     "OpenError",
+    "OwnedError",
+    "Ownership",
     "OrderHeader",
     "OrderKind",
     "Orientation",

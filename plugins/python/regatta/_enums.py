@@ -166,6 +166,8 @@ class Refusal(IntEnum):
     """The leg to release is not at or after the end of the robot's base."""
     EDGE_CLOSED = 13
     """A leg of the route is along a closed edge."""
+    NOT_OWNER = 14
+    """Another process owns the movement of the fleet."""
 
 
 class OrderKind(IntEnum):

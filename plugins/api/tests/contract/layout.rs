@@ -36,8 +36,8 @@ use regatta_plugin::world::{
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
-    ManagerServer, OrderReader, Participant, RecordingReader, Result, RouteServer, TrafficReader,
-    services,
+    ManagerServer, OrderReader, Ownership, Participant, RecordingReader, Result, RouteServer,
+    TrafficReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -107,7 +107,7 @@ fn all_records() -> Map<String, Value> {
         ControlRequest { count, kind, speed }
         ControlResponse { run_id, tick, sim_time_nanos, late_ticks, tick_cost_p50_nanos, tick_cost_p99_nanos,
             resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
-            reason }
+            reason, owner }
         RouteRequest { robot, reserved }
         RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
             listed }
@@ -134,7 +134,7 @@ fn all_enums() -> Map<String, Value> {
             Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened }
         BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed }
+            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed, NotOwner }
         OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
             Unroutable, Reopened }
         StopAction { None, Pick, Drop, Charge, Park }
@@ -161,7 +161,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     );
     let (_log, _routes) = (CommandLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let (_orders, _traffic) = (OrderReader::open_on(&other)?, TrafficReader::open_on(&other)?);
-    let _manager = ManagerServer::open_on(&other)?;
+    let (_manager, _owner) = (ManagerServer::open_on(&other)?, Ownership::claim(&other)?);
     let (_recording, _history) =
         (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
     let prefix = services::service_name(fleet, "");
