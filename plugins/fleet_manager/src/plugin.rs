@@ -372,8 +372,9 @@ impl Plugin for FleetManager {
         manager.show_vehicles(&columns, charges);
         let logged = Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame);
         self.doing.clear();
-        self.doing
-            .extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
+        self.doing.extend((0..).zip(columns.speed).zip(columns.state).map(
+            |((robot, speed), state)| manager.doing(robot, RobotState::from_number(*state), *speed),
+        ));
         let present = self
             .doing
             .iter()

@@ -34,6 +34,7 @@ from regatta._contract import (
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
+    Activity,
     BreakdownCause,
     ClockState,
     CommandKind,
@@ -182,6 +183,7 @@ def _shared(name: str) -> Fleet:
 
 
 __all__ = [
+    "Activity",
     "CONTRACT_VERSION",
     "NO_EDGE",
     "NO_ROBOT",

@@ -13,6 +13,7 @@ use std::path::Path;
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service;
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::activity::{Activity, Ground};
 use regatta_plugin::closure::{ClosedEdge, ClosureHeader};
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::command::{CommandHeader, CommandKind, CommandRecord};
@@ -137,6 +138,8 @@ fn all_enums() -> Map<String, Value> {
             DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed, NotOwner }
         OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
             Unroutable, Reopened }
+        Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,
+            Driving, Turning }
         StopAction { None, Pick, Drop, Charge, Park }
         Obstacle { NoWay, ClosedEdges }
         ContactLevel { Possible, Touching }
@@ -147,6 +150,16 @@ fn all_enums() -> Map<String, Value> {
         Trend { Growing, Steady, Easing, Over }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
     }
+}
+
+/// The word of each activity, and its colours on a dark and on a light ground.
+fn activities() -> Map<String, Value> {
+    let entry = |activity: Activity| {
+        let [dark, light] =
+            [Ground::Dark, Ground::Light].map(|ground| format!("#{:06x}", activity.colour(ground)));
+        (activity.name().to_owned(), json!({ "dark": dark, "light": light }))
+    };
+    Activity::ALL.into_iter().map(entry).collect()
 }
 
 /// The properties that iceoryx2 compares when a service is opened, for every service of a fleet, by
@@ -207,6 +220,7 @@ fn the_layout_file_is_true() {
         "no_robot": NO_ROBOT,
         "command_buffer": services::COMMAND_BUFFER,
         "event_buffer": services::EVENT_BUFFER,
+        "activities": activities(),
         "records": all_records(),
         "enums": all_enums(),
         "services": all_services(&fleet).expect("services"),

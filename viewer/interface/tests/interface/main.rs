@@ -171,6 +171,7 @@ impl Fixture {
             world: self.world.view(1, 1),
             labels: &self.labels,
             robot_type_column: None,
+            activity_column: None,
             contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs, missed: 0 }),
             legend: &self.legend,
             columns: &["battery".parse().expect("a name")],
