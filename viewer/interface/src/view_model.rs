@@ -264,8 +264,8 @@ impl ViewModel<'_> {
         self.values.iter().find(|(name, _)| name.as_str() == column).map(|(_, value)| *value)
     }
 
-    /// Returns the activity of a robot of the frame; `None` if it is absent. A frame of the past has
-    /// no activities of a fleet manager.
+    /// Returns the activity of a robot of the frame; `None` if it is absent. A frame of the past
+    /// has no activities of a fleet manager.
     pub fn activity(&self, robot: u32) -> Option<Activity> {
         let (frame, row) = (self.frame?, robot as usize);
         let column = self.activity_column.filter(|_| !self.is_past());

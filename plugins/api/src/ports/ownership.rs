@@ -1,5 +1,5 @@
-//! The ownership of movement: while a process of a fleet owns it, no other one may send robots along
-//! routes.
+//! The ownership of movement: while a process of a fleet owns it, no other one may send robots
+//! along routes.
 
 use super::error::OpenError;
 use super::services;

@@ -1,5 +1,5 @@
-//! What a robot is doing, in the words and the colours of all programs that show it: windows, lists,
-//! `regatta top`, plots, reports. The words stand in `docs/glossary.md`.
+//! Activities of robots, in the words and the colours of all programs that show them: windows,
+//! lists, `regatta top`, plots, reports. The words stand in `docs/glossary.md`.
 //!
 //! A fleet manager knows more of a robot than its state: it publishes activities in the column
 //! [`ACTIVITY`](super::column::ACTIVITY). [`Activity::of`] makes one word of both.

@@ -187,6 +187,8 @@ mod tests {
             "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
         );
         assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
-        assert!(times(&orders).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
+        assert!(
+            times(&orders).to_string().starts_with("service 61 55 120 300 s  until assigned 8.4 ")
+        );
     }
 }

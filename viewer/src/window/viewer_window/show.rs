@@ -191,7 +191,7 @@ impl ViewerWindow {
             None => "the recording's file isn't known here; open it with: regatta viewer FILE"
                 .to_owned(),
             Some(recording) => match notes::append(recording, time, text) {
-                Ok(()) => format!("the note is in {}", notes::file_of(recording).display()),
+                Ok(()) => format!("the note was saved in {}", notes::file_of(recording).display()),
                 Err(error) => {
                     format!("can't write {}: {error}", notes::file_of(recording).display())
                 }

@@ -1,5 +1,5 @@
-//! Claims between processes. A claim is the one notifier of an event service, which notifies nobody:
-//! iceoryx2 gives it to one process, and takes it back when that process has died.
+//! Claims between processes. A claim is the one notifier of an event service, which notifies
+//! nobody: iceoryx2 gives it to one process, and takes it back when that process has died.
 
 use std::time::{Duration, Instant};
 

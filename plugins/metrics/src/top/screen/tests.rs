@@ -87,7 +87,7 @@ fn everything_is_visible_at_80_by_24() {
         &[
             "orders",
             "58 open, 4,321 finished, 450 an hour",
-            "614 carrying  201 fetching  30 handling  90 waiting",
+            "■ 614 carrying  ■ 201 fetching  ■ 30 handling  ■ 90 waiting",
         ],
     );
     shows(&screen, &["service 61 55 120 300 s", "until assigned 8.4 6.0 40 96 s"]);
