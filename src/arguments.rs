@@ -47,7 +47,7 @@ where
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Layout")]
 pub struct LayoutArgs {
-    /// Handle length at an edge's origin instead of the file's setting
+    /// Length of the Bézier handle at an edge's origin, in place of the file's setting
     #[arg(long)]
     #[arg(value_parser = one_of::<Handles>(Handles::ALL.iter().map(|handles| handles.name())))]
     pub handles: Option<Handles>,

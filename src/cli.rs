@@ -60,7 +60,7 @@ pub enum Command {
     Pause(Target),
     /// Resume the clock of a paused fleet.
     Resume(Target),
-    /// Pause, then advance by a number of ticks at the fleet's speed.
+    /// Pause a fleet, and advance it by a number of ticks at its speed.
     Step {
         /// Number of ticks.
         #[arg(default_value_t = 1)]

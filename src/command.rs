@@ -32,7 +32,7 @@ pub enum RobotCommand {
         #[arg(long)]
         reverse: bool,
     },
-    /// Append edges to the released base of a robot, in place of its horizon.
+    /// Extend the released base of a robot by edges, which replace its horizon.
     Extend {
         #[command(flatten)]
         robot: Robot,
@@ -66,8 +66,7 @@ pub enum RobotCommand {
     Close(Edge),
     /// Open a closed edge again.
     Open(Edge),
-    /// Ask the fleet manager to send a robot to a node: immediately, or after its order if it has a
-    /// load.
+    /// Ask the fleet manager to send a robot to a node. A robot with a load finishes its order first.
     Send {
         #[command(flatten)]
         robot: Robot,

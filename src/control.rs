@@ -43,6 +43,7 @@ pub fn is_paused(status: &ControlResponse) -> bool {
 pub fn status_line(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
     let clock = if is_paused(status) { "  paused" } else { "" };
+    let owner = status.owner().map_or_else(String::new, |owner| format!("  moved by {owner}"));
     format!(
         "t {:.2} s{clock}  rtf {:.2}  robots {} (driving {driving}, turning {turning}, \
          idle {idle}, waiting {waiting}, held {held}, stalled {stalled}, broken {broken}, \
@@ -53,7 +54,7 @@ pub fn status_line(status: &ControlResponse) -> String {
         status.tick_cost_p50_nanos as f64 * 1e-6,
         status.tick_cost_p99_nanos as f64 * 1e-6,
         status.late_ticks,
-    )
+    ) + &owner
 }
 
 /// Formats the status of a fleet as JSON.
@@ -63,6 +64,7 @@ pub fn status_json(status: &ControlResponse) -> String {
     json!({
         "run_id": format!("{:016x}", status.run_id),
         "pid": status.pid,
+        "owner": status.owner(),
         "tick": status.tick,
         "sim_time_secs": status.sim_time_nanos as f64 * 1e-9,
         "wall_time_secs": status.wall_time_nanos as f64 * 1e-9,

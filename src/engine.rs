@@ -25,10 +25,10 @@ pub struct EngineArgs {
     #[arg(long, hide = true)]
     pub managed_demo: bool,
     /// Stop after this number of ticks.
-    #[arg(long)]
+    #[arg(long, help_heading = "End of the run")]
     pub ticks: Option<u64>,
     /// Print a digest of every frame's columns at the end.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub digest: bool,
 }
 
@@ -39,26 +39,28 @@ pub struct EngineOptions {
     #[arg(long, default_value_t)]
     pub fleet: FleetName,
     /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max.
-    #[arg(long, default_value = "1")]
+    #[arg(long, default_value = "1", help_heading = "Speed and size")]
     pub speed: Option<Speed>,
     /// Number of robots instead of the scenario's (500, 10k, 1M …); the scenario's groups are
     /// repeated.
-    #[arg(long)]
+    #[arg(long, help_heading = "Speed and size")]
     pub robots: Option<RobotCount>,
     /// Ticks per simulated second instead of the scenario's.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", help_heading = "Speed and size")]
     pub rate: Option<f64>,
     /// Frames per simulated second; one per tick if not given.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", help_heading = "Speed and size")]
     pub publish_rate: Option<f64>,
     /// Seed of the random routes instead of the scenario's.
-    #[arg(long)]
+    #[arg(long, help_heading = "Speed and size")]
     pub seed: Option<u64>,
     /// Number of threads that move robots.
     #[arg(long, default_value = "1", value_parser = parse_threads)]
+    #[arg(help_heading = "Processor")]
     pub threads: Option<usize>,
     /// Instruction set of the motion kernel; the best available if not given.
     #[arg(long, value_parser = one_of::<Isa>(Isa::ALL.map(Isa::name)))]
+    #[arg(help_heading = "Processor")]
     pub isa: Option<Isa>,
     #[command(flatten)]
     pub layout: LayoutArgs,
@@ -113,12 +115,12 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     // The engine of `regatta run` prints this, too.
     if scenario.is_default {
         regatta_plugin::tell!(
-            "this is a layout without a scenario: one is made up, with orders between its \
+            "regatta: this is a layout without a scenario: one is made up, with orders between its \
              stations; `regatta new` writes it to a file"
         );
     }
     for warning in &scenario.warnings {
-        regatta_plugin::tell!("{warning}");
+        regatta_plugin::tell!("regatta: {warning}");
     }
     let shared = args.options;
     shared.scheduling.apply()?;

@@ -56,19 +56,20 @@ pub struct RunArgs {
     #[command(flatten)]
     trust: TrustArgs,
     /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
-    #[arg(long = "for", value_name = "TIME")]
+    #[arg(long = "for", value_name = "TIME", help_heading = "End of the run")]
     time_limit: Option<Time>,
     /// Stop after this simulated time.
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", help_heading = "End of the run")]
     simulated: Option<Time>,
     /// Run engine and plugins in this process, as fast as possible, and print a table of results.
     #[arg(long, requires = "simulated", conflicts_with = "time_limit")]
+    #[arg(help_heading = "Processes")]
     in_process: bool,
     /// Publish a run in one process to shared memory, for a viewer or others that watch.
-    #[arg(long, requires = "in_process")]
+    #[arg(long, requires = "in_process", help_heading = "Processes")]
     publish: bool,
     /// Print JSON: a line about the fleet, then its status once per second.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 

@@ -11,7 +11,7 @@ mod zone_room;
 
 use std::sync::Arc;
 
-use regatta_plugin::command::{CommandHeader, CommandRecord};
+use regatta_plugin::command::{Authority, CommandRecord};
 use regatta_plugin::producer::Session;
 use regatta_plugin::{FrameLoan, LocalFleet, Participant, ProducerPorts, RouteServer, services};
 
@@ -42,7 +42,7 @@ struct Simulation {
     /// The robot types that the column `type` last published.
     robot_types: Vec<u16>,
     tracks: Arc<Tracks>,
-    commands: Vec<(CommandHeader, Vec<CommandRecord>)>,
+    commands: Vec<(u64, Authority, Vec<CommandRecord>)>,
     /// The commands of this tick, if a process reads the command log.
     command_log: Vec<CommandRecord>,
     /// The number of closures and openings when the closed edges were last published.
@@ -208,16 +208,18 @@ impl Simulation {
         let mut has_commands = false;
         if is_lockstep {
             let mut commands = std::mem::take(&mut self.commands);
-            ports.take_commands(|header, records| commands.push((*header, records.to_vec())))?;
-            commands.sort_by_key(|(header, _)| header.sender);
-            for (_, records) in commands.drain(..) {
-                self.apply(&records, is_logged);
+            ports.take_commands(|header, authority, records| {
+                commands.push((header.sender, authority, records.to_vec()));
+            })?;
+            commands.sort_by_key(|(sender, ..)| *sender);
+            for (_, authority, records) in commands.drain(..) {
+                self.apply(&records, authority, is_logged);
                 has_commands = true;
             }
             self.commands = commands;
         } else {
-            ports.take_commands(|_, records| {
-                self.apply(records, is_logged);
+            ports.take_commands(|_, authority, records| {
+                self.apply(records, authority, is_logged);
                 has_commands = true;
             })?;
         }
@@ -228,8 +230,8 @@ impl Simulation {
         Ok(())
     }
 
-    fn apply(&mut self, records: &[CommandRecord], is_logged: bool) {
-        self.fleet.apply(records, &mut self.events);
+    fn apply(&mut self, records: &[CommandRecord], authority: Authority, is_logged: bool) {
+        self.fleet.apply_of(authority, records, &mut self.events);
         if is_logged {
             self.command_log.extend_from_slice(records);
         }

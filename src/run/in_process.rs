@@ -29,7 +29,7 @@ pub fn run(
     termination: &Termination,
 ) -> Result<ExitCode, Failure> {
     for warning in &scenario.warnings {
-        regatta_plugin::tell!("{warning}");
+        regatta_plugin::tell!("regatta: {warning}");
     }
     let ticks = args.ticks(&scenario).unwrap_or_default();
     let load = match scenario.source.has(LOAD) {

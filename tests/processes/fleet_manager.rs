@@ -253,3 +253,44 @@ fn a_second_manager_is_refused() {
     first.interrupt();
     engine.interrupt();
 }
+
+/// Runs `regatta command` for robot 0.
+fn command(fleet: &FleetName, args: &[&str]) -> Output {
+    regatta()
+        .arg("command")
+        .args(args)
+        .args(["--fleet", &fleet.to_string()])
+        .output()
+        .expect("regatta runs")
+}
+
+#[test]
+fn a_manager_owns_the_movement_of_its_fleet_until_it_is_killed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = scenario(folder.path(), 10, "");
+    let fleet = unique("managed-owned");
+    let engine = Process::start(
+        regatta().arg("engine").arg(scenario).args(["--fleet"]).arg(fleet.to_string()),
+    );
+    let manager = manager(&fleet, folder.path(), &[]);
+    let owner = format!("fleet-manager (process {})", manager.0.id());
+    eventually("the manager owns the fleet", || {
+        (status(&fleet)?["owner"] == owner.as_str()).then_some(())
+    });
+    let node = ["assign", "0", "0"];
+    for args in [&node[..], &["cancel", "0"], &["release", "0", "0", "inf"]] {
+        let output = command(&fleet, args);
+        assert_eq!(output.status.code(), Some(1), "{args:?}");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(error.contains(&owner) && error.lines().count() == 1, "{args:?}: {error}");
+    }
+    for args in [["hold", "0"], ["resume", "0"], ["break", "1"], ["repair", "1"]] {
+        assert!(command(&fleet, &args).status.success(), "{args:?}");
+    }
+    manager.signal(Signal::KILL);
+    eventually("robots belong to nobody", || {
+        command(&fleet, &["cancel", "0"]).status.success().then_some(())
+    });
+    assert!(status(&fleet).expect("a status")["owner"].is_null());
+    engine.interrupt();
+}

@@ -141,7 +141,7 @@ fn vehicles_of_a_running_fleet_are_shown_and_their_changes_told() {
     manager.client.post("/v1/transportOrders/q1", &draft([20, 400], 2.0)).expect("kept");
     let changed = events.map_while(Result::ok).filter_map(|line| {
         let vehicle: Value = serde_json::from_str(line.strip_prefix("data: ")?).ok()?;
-        (vehicle["transportOrder"] == "q1" && vehicle["activity"] == "to pick").then_some(vehicle)
+        (vehicle["transportOrder"] == "q1" && vehicle["activity"] == "fetching").then_some(vehicle)
     });
     let changed = changed.into_iter().next().expect("an event of the robot that has got the order");
     let robot = manager.get("/v1/transportOrders/q1")["processingVehicle"].clone();

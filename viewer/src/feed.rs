@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use regatta_interface::view_model::Counts;
 use regatta_plugin::closure::ClosedEdge;
-use regatta_plugin::column::TYPE;
+use regatta_plugin::column::{ACTIVITY, TYPE};
 use regatta_plugin::{
     ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant,
     ReadError, RecordingReader, ReplayedRecording, Result, Subscriber, World, WorldReader,
@@ -26,6 +26,7 @@ pub struct Feed {
     frames: Subscriber,
     worlds: WorldReader,
     robot_type: ColumnReader,
+    activity: ColumnReader,
     value: Option<(ColumnName, ColumnReader)>,
     contacts: ContactReader,
     closures: ClosureReader,
@@ -70,6 +71,7 @@ impl Feed {
             frames: Subscriber::open_on(participant)?,
             worlds: WorldReader::open_on(participant)?,
             robot_type: ColumnReader::open_on(participant, TYPE.name())?,
+            activity: ColumnReader::open_on(participant, ACTIVITY.name())?,
             value: None,
             contacts: ContactReader::open_on(participant)?,
             closures: ClosureReader::open_on(participant)?,
@@ -107,6 +109,7 @@ impl Feed {
     /// # Errors
     /// [`ReadError`] if a connection is broken, or a message contradicts its header.
     pub fn poll(&mut self) -> Result<News, ReadError> {
+        self.activity.latest()?;
         let news = News {
             world: self.worlds.latest()?.is_some(),
             robot_type: self.robot_type.latest()?.is_some(),
@@ -192,6 +195,13 @@ impl Feed {
     /// The newest world.
     pub fn world(&self) -> Option<World<'_>> {
         self.worlds.current().ok()?
+    }
+
+    /// The column `activity` of the newest frame's run, if a fleet manager publishes it.
+    pub fn activity(&self) -> Option<&[f32]> {
+        let column = self.activity.current().ok()??;
+        let is_current = self.last.is_some_and(|(run, _)| run == column.header.run_id);
+        is_current.then_some(column.values)
     }
 
     /// The column `type`: each robot's index into the world's robot types.

@@ -2,7 +2,7 @@
 
 use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex};
 use regatta_motion::leg_of;
-use regatta_plugin::command::{CommandKind, CommandRecord};
+use regatta_plugin::command::{Authority, CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
 
@@ -69,19 +69,32 @@ pub(super) fn because_of(id: u32) -> impl Fn(Refusal) -> Rejection {
 }
 
 impl Fleet {
-    /// Carries out a sample of commands, one after the other. Each is answered by an event,
-    /// `Accepted` or `Refused`; a refused command changes nothing.
+    /// Carries out a sample of commands of a sender that may give all of them, as
+    /// [`apply_of`](Self::apply_of) does.
+    pub fn apply(&mut self, records: &[CommandRecord], events: &mut EventBuffer) {
+        self.apply_of(Authority::Full, records, events);
+    }
+
+    /// Carries out a sample of commands, one after the other, as far as its sender has the
+    /// authority. Each is answered by an event, `Accepted` or `Refused`; a refused command changes
+    /// nothing.
     ///
     /// If a command ends the base of a robot with limited acceleration nearer than it can brake,
     /// the robot brakes harder: it never leaves its released base. A loop's base ends with its lap,
     /// a random walk's with its leg.
-    pub fn apply(&mut self, records: &[CommandRecord], events: &mut EventBuffer) {
+    pub fn apply_of(
+        &mut self,
+        authority: Authority,
+        records: &[CommandRecord],
+        events: &mut EventBuffer,
+    ) {
         let mut rest = records;
         while let [command, after @ ..] = rest {
             let legs =
                 after.iter().take_while(|record| record.kind == CommandKind::Leg as u32).count();
             let consumed = if is_route(command) { legs.min(command.legs as usize) } else { 0 };
-            match self.prepare(command, &after[..consumed]) {
+            let allowed = check_authority(command, authority);
+            match allowed.and_then(|()| self.prepare(command, &after[..consumed])) {
                 Ok(action) => self.carry_out(command, action, events),
                 Err(rejection) => refuse(command, &rejection, events),
             }
@@ -289,6 +302,16 @@ impl Fleet {
     pub(super) fn node_ahead(&self, row: usize) -> NodeIndex {
         let (piece, edge) = (self.columns.piece.get(row), self.columns.edge[row]);
         self.motion.legs.node_ahead(leg_of(piece, edge), piece)
+    }
+}
+
+/// Checks that the sender of a command may give it.
+fn check_authority(command: &CommandRecord, authority: Authority) -> Result<(), Rejection> {
+    match authority {
+        Authority::WithoutMovement if kind(command).is_some_and(CommandKind::moves) => {
+            Err(Rejection { reason: Refusal::NotOwner, id: command.robot })
+        }
+        Authority::Full | Authority::WithoutMovement => Ok(()),
     }
 }
 

@@ -173,6 +173,7 @@ pub use ports::history::{HistoryPublisher, HistoryReader};
 pub use ports::lockstep::Reporter;
 pub use ports::manager::{ManagerClient, ManagerError, ManagerServer};
 pub use ports::orders::{OrderPublisher, OrderReader, Orders};
+pub use ports::ownership::Ownership;
 pub use ports::producer::{FrameLoan, ProducerPorts};
 pub use ports::recording::{RecordingPublisher, RecordingReader, ReplayedRecording};
 pub use ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};

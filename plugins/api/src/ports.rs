@@ -24,6 +24,7 @@ mod inbox;
 pub mod lockstep;
 pub mod manager;
 pub mod orders;
+pub mod ownership;
 pub mod producer;
 mod receive;
 pub mod recording;

@@ -16,10 +16,12 @@ pub(crate) mod shared;
     not(feature = "shared-memory"),
     allow(unused_variables, reason = "only shared memory has segments of a first size")
 )]
+mod claim;
 mod publish;
 mod request;
 mod wake;
 
+pub(crate) use claim::{Claim, Holder, Member};
 pub(crate) use publish::{Loan, Publisher, Sample, Subscriber};
 pub(crate) use request::{Asked, Client, Request, Server};
 pub(crate) use wake::{Notifier, Wake};

@@ -17,7 +17,7 @@ use regatta_plugin::order::OrderRecord;
 use regatta_plugin::ports::orders::OrderPublisher;
 use regatta_plugin::{
     ClosureReader, ColumnReader, CommandError, Commands, Error, Events, Frame, LOAD_VARIABLE,
-    ManagerServer, OpenError, Options, Participant, Plugin, Rate, Result, World, tell,
+    ManagerServer, OpenError, Options, Ownership, Participant, Plugin, Rate, Result, World, tell,
 };
 
 use crate::charging::{Charging, ChargingSettings};
@@ -128,6 +128,7 @@ fn run<A: Into<OsString> + Clone>(
 
 /// The plugin's ports in the fleet.
 struct Ports {
+    _ownership: Ownership,
     commands: Commands,
     orders: OrderPublisher,
     columns: ManagerColumns,
@@ -310,7 +311,10 @@ impl FleetManager {
 
 impl Plugin for FleetManager {
     fn on_start(&mut self, fleet: &Participant) -> Result {
+        // First, so that no robot moves before others are told.
+        let ownership = Ownership::claim(fleet).map_err(only_one)?;
         self.ports = Some(Ports {
+            _ownership: ownership,
             commands: Commands::open_on(fleet)?,
             orders: OrderPublisher::open_on(fleet).map_err(only_one)?,
             columns: ManagerColumns::open_on(fleet)?,
@@ -372,8 +376,9 @@ impl Plugin for FleetManager {
         manager.orders().settle();
         let logged = Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame);
         self.doing.clear();
-        self.doing
-            .extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
+        self.doing.extend((0..).zip(columns.speed).zip(columns.state).map(
+            |((robot, speed), state)| manager.doing(robot, RobotState::from_number(*state), *speed),
+        ));
         let present = self
             .doing
             .iter()
@@ -426,12 +431,15 @@ impl Plugin for FleetManager {
     }
 }
 
-/// Replaces the error of opening the order log twice: the process that writes it is the manager.
+/// Replaces the errors of a second manager: the process that owns the movement and writes the order
+/// log is the first.
 fn only_one(error: OpenError) -> Error {
     match error {
-        OpenError::Taken { fleet, owner, .. } => Error::new(format_args!(
-            "fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"
-        )),
+        OpenError::Owned { fleet, owner } | OpenError::Taken { fleet, owner, .. } => {
+            Error::new(format_args!(
+                "fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"
+            ))
+        }
         error => error.into(),
     }
 }

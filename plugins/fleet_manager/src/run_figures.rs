@@ -266,13 +266,13 @@ mod tests {
         let mut effort = Effort::default();
         let doing =
             |activity, has_order, is_loaded, speed| Doing { activity, has_order, is_loaded, speed };
-        effort.add(&doing(Activity::ToPick, true, false, 2.0), 10.0);
+        effort.add(&doing(Activity::Fetching, true, false, 2.0), 10.0);
         effort.add(&doing(Activity::Carrying, true, true, -1.0), 40.0);
         effort.add(&doing(Activity::Idle, false, false, 0.0), 50.0);
         assert_eq!((effort.utilisation(), effort.share(Activity::Carrying)), (0.5, 0.4));
         let json = effort.json();
         assert_eq!((&json["loaded_metres"], &json["empty_metres"]), (&json!(40.0), &json!(20.0)));
-        assert_eq!(json["robot_secs"]["to_pick"], 10.0);
+        assert_eq!(json["robot_secs"]["fetching"], 10.0);
         let text = effort.markdown();
         assert!(
             text.contains("utilisation | 50.0 %") && text.contains("0.1 km, 33.3 % of it empty"),

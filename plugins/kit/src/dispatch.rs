@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::{
-    CommandError, Commands, EventReader, FleetName, OpenError, Participant, ReadError, World,
-    WorldReader,
+    CommandError, Commands, Control, EventReader, FleetName, OpenError, Participant, ReadError,
+    World, WorldReader,
 };
 
 use super::way::{WayError, way_to};
@@ -35,6 +35,17 @@ pub enum DispatchError {
     /// The command was refused, and changed nothing.
     #[error("refused: {}", refused(.0))]
     Refused(EventRecord),
+    /// The command was refused, because another process moves the robots.
+    #[error(
+        "refused: {owner} moves the robots of fleet '{fleet}'; stop it first, or ask it to send a \
+         robot with `regatta command send`"
+    )]
+    NotOwner {
+        /// The fleet.
+        fleet: FleetName,
+        /// The owner of the movement: its name and number.
+        owner: String,
+    },
     /// No answer came in time.
     #[error(
         "the fleet has not answered within {} s; is it paused? It takes the command at its next \
@@ -120,8 +131,24 @@ impl Dispatcher {
         let answer = self.answer(token)?;
         match answer.kind() {
             Some(EventKind::Accepted) => Ok(answer),
-            _ => Err(DispatchError::Refused(answer)),
+            _ => Err(self.refusal(answer)),
         }
+    }
+
+    /// Returns the error of a command that was refused, given its answer.
+    pub fn refusal(&self, answer: EventRecord) -> DispatchError {
+        if answer.detail == Refusal::NotOwner as u32
+            && let Some(owner) = self.owner()
+        {
+            return DispatchError::NotOwner { fleet: self.participant.fleet().clone(), owner };
+        }
+        DispatchError::Refused(answer)
+    }
+
+    /// The process that owns the movement of the robots, if the engine says so.
+    fn owner(&self) -> Option<String> {
+        let status = Control::open_on(&self.participant).ok()?.status().ok()?;
+        status.owner().map(str::to_owned)
     }
 
     /// Sends a robot to a node by the fastest way. `find` returns the node's index.
@@ -189,6 +216,7 @@ fn refused(answer: &EventRecord) -> String {
         (NotSteerable, "this producer takes no commands; an engine does".to_owned()),
         (NotAhead, format!("edge {id} is not ahead in the robot's plan, or is released already")),
         (EdgeClosed, format!("edge {id} is closed")),
+        (NotOwner, "another process moves the robots of this fleet".to_owned()),
     ];
     let reason = reasons.into_iter().find(|(reason, _)| *reason as u32 == answer.detail);
     reason.map_or_else(|| format!("reason {}", answer.detail), |(_, text)| text)

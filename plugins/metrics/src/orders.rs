@@ -74,6 +74,7 @@ impl OrderTally {
             finished_per_second: self.finished_per_second(clock),
             service: self.service.summary(),
             waiting: self.waiting.summary(),
+            since_secs: (!self.is_from_start).then_some(self.first_tick as f64 * clock.tick_secs),
             ..self.figures
         }
     }

@@ -107,14 +107,19 @@ impl Sampler {
     }
 }
 
-/// Returns the live processes of a fleet, each once, by name.
+/// Whether a name is that of a port, by which a process joins a fleet that has a name of its own.
+fn is_of_port(name: &str) -> bool {
+    matches!(name, "control" | "manager-requests" | "reader") || name.starts_with("commands-")
+}
+
+/// Returns the live processes of a fleet, each once, by the first of its names that isn't a port's,
+/// sorted by name.
 fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
     let prefix = format!("regatta/{fleet}/");
     let mut members = BTreeMap::<u32, Process>::new();
     for occupant in occupants.iter().filter(|occupant| occupant.alive && occupant.pid != 0) {
         let Some(name) = occupant.name.strip_prefix(&prefix) else { continue };
-        // A process that has joined more than once is listed by the first of its names: occupants
-        // are sorted by name.
+        // Occupants are sorted by name.
         let member = members.entry(occupant.pid).or_insert_with(|| Process {
             name: name.to_owned(),
             pid: occupant.pid,
@@ -124,6 +129,9 @@ fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
             cpu_seconds: 0.0,
             cpu_cores: 0.0,
         });
+        if is_of_port(&member.name) && !is_of_port(name) {
+            name.clone_into(&mut member.name);
+        }
         member.shared_bytes += occupant.bytes;
     }
     let mut members: Vec<_> = members.into_values().collect();
@@ -177,7 +185,7 @@ mod tests {
             .into_iter()
             .map(|p| (p.name, p.pid, p.shared_bytes))
             .collect();
-        assert_eq!(members, [("control".to_owned(), 12, 3), ("zebra".to_owned(), 11, 4)]);
+        assert_eq!(members, [("producer".to_owned(), 12, 3), ("zebra".to_owned(), 11, 4)]);
     }
 
     #[test]

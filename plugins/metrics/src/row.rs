@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(value("late_ticks"), run.late_ticks.to_string());
         assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
         assert_eq!(
-            (value("manager_robots_to_pick"), value("orders_finished"), value("orders_open")),
+            (value("manager_robots_fetching"), value("orders_finished"), value("orders_open")),
             ("201", "4321", "58")
         );
         assert_eq!(value("processes"), snapshot.processes.len().to_string());

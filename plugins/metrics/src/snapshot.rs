@@ -170,6 +170,9 @@ pub struct OrderFigures {
     pub waiting: TimeSummary,
     /// Number of ticks whose records are missing, in whole or in part.
     pub gaps: u64,
+    /// Simulated time from which orders are counted, in seconds; `None` if that is the start of the
+    /// run.
+    pub since_secs: Option<f64>,
 }
 
 /// A process that participates in a fleet.

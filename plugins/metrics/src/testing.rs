@@ -113,7 +113,7 @@ pub fn jams() -> Arc<[Jam]> {
 /// Returns the work of a fleet manager.
 pub fn work() -> Work {
     Work {
-        robots: [44, 201, 614, 30, 90, 5, 10, 6],
+        robots: [44, 201, 614, 30, 90, 5, 10, 6, 0, 0, 0, 0, 0],
         orders: OrderFigures {
             created: 4_389,
             finished: 4_321,
@@ -136,6 +136,7 @@ pub fn work() -> Work {
                 longest: 96.0,
             },
             gaps: 2,
+            since_secs: None,
         },
         effort: Effort {
             busy_secs: 900.0,

@@ -6,6 +6,7 @@ mod format;
 mod graphs;
 mod lists;
 mod screen;
+mod table;
 mod theme;
 mod view;
 mod work;

@@ -15,6 +15,7 @@ import regatta
 
 options = regatta.parser(__doc__).parse_args()
 fleet = regatta.join(options.fleet, options.name)
+fleet.own()  # fails if another manager moves the robots
 
 
 def near_edges(world: regatta.World, apart: float) -> list[list[int]]:

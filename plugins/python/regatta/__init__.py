@@ -34,6 +34,7 @@ from regatta._contract import (
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
+    Activity,
     BreakdownCause,
     ClockState,
     CommandKind,
@@ -59,6 +60,7 @@ from regatta._errors import (
     HeldError,
     NoEngineError,
     OpenError,
+    OwnedError,
     PublishError,
     ReadError,
     RefusedError,
@@ -70,6 +72,7 @@ from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
 from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
+from regatta._ownership import Ownership
 from regatta._rate import checked_rate
 from regatta._routes import Route
 from regatta._run import RunError, RunResult, run
@@ -180,6 +183,7 @@ def _shared(name: str) -> Fleet:
 
 
 __all__ = [
+    "Activity",
     "CONTRACT_VERSION",
     "NO_EDGE",
     "NO_ROBOT",
@@ -216,6 +220,8 @@ __all__ = [
     "NoEngineError",
     "Obstacle",
     "OpenError",
+    "OwnedError",
+    "Ownership",
     "OrderHeader",
     "OrderKind",
     "Orientation",

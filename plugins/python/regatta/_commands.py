@@ -14,6 +14,7 @@ from regatta._enums import CommandKind
 from regatta._errors import CommandError, NoEngineError
 from regatta._numbers import Number, Numbers, number, numbers
 from regatta._open import Open
+from regatta._ownership import check_owner
 from regatta._ports import Bytes, Sender
 from regatta._tokens import TokenArray
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from regatta._fleet import Fleet
 
 RECORD = dtype(CommandRecord)
+MOVEMENT = [CommandKind.ASSIGN, CommandKind.EXTEND, CommandKind.RELEASE, CommandKind.CANCEL]
+"""The kinds of commands that only the owner of a fleet's movement may send."""
 
 
 @dataclass(frozen=True)
@@ -215,11 +218,14 @@ class Commands(Open):
         """Sends the collected commands, for the next tick. Does nothing if there are none.
 
         Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, and :class:`CommandError
-        <regatta.CommandError>` if too many samples of commands wait already. The commands are kept then, and can be sent
-        again or cleared.
+        <regatta.CommandError>` if too many samples of commands wait already. Raises :class:`OwnedError
+        <regatta.OwnedError>` if routes are among them, and another program owns the movement of the robots. The commands
+        are kept then, and can be sent again or cleared.
         """
         if not self._records:
             return
+        if np.isin(np.frombuffer(self._records, RECORD)["kind"], MOVEMENT).any():
+            check_owner(self._fleet)
 
         def fill(memory: Bytes) -> None:
             memory[:] = np.frombuffer(self._records, np.uint8)

@@ -452,6 +452,7 @@ class ControlResponse(Record):
     real_time_factor: f32
     accepted: u32
     reason: Annotated[bytes, ctypes.c_char * 128]
+    owner: Annotated[bytes, ctypes.c_char * 96]
 
 
 @record

@@ -65,6 +65,8 @@ class ControlResponse:
     """Whether the engine carried the request out. It did, unless an error was raised."""
     reason: str
     """The reason for a refusal, or an empty text."""
+    owner: str
+    """The process that owns the movement of the robots, such as ``fleet-manager (process 4711)``, or an empty text."""
 
     @property
     def sim_time(self) -> float:

@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+from regatta._contract import LAYOUT
+
 
 class RobotState(IntEnum):
     """The state of a robot: a value of the column ``state``."""
@@ -166,6 +168,8 @@ class Refusal(IntEnum):
     """The leg to release is not at or after the end of the robot's base."""
     EDGE_CLOSED = 13
     """A leg of the route is along a closed edge."""
+    NOT_OWNER = 14
+    """Another process owns the movement of the fleet."""
 
 
 class OrderKind(IntEnum):
@@ -202,6 +206,46 @@ class Obstacle(IntEnum):
     """The layout has no way there, or none from there to the next stop."""
     CLOSED_EDGES = 1
     """Edges that are closed."""
+
+
+class Activity(IntEnum):
+    """What a robot is doing: the values of the column ``activity``."""
+
+    IDLE = 0
+    """It has nothing to do."""
+    FETCHING = 1
+    """It drives to the first stop of an order."""
+    CARRYING = 2
+    """It has begun an order, and drives to its next stop."""
+    HANDLING = 3
+    """It stands at a stop, and loads or unloads."""
+    WAITING = 4
+    """It waits for another robot, for a release of its route, or before a closed edge."""
+    QUEUED = 5
+    """It waits until there is room on the roads."""
+    CHARGING = 6
+    """It charges, or drives to a charger."""
+    HELD = 7
+    """It was commanded to hold."""
+    BROKEN = 8
+    """It is broken, and stands until it is repaired."""
+    FAULTED = 9
+    """It can't continue; an event gave the reason."""
+    STALLED = 10
+    """It has stopped for a while of its own."""
+    DRIVING = 11
+    """It drives, without an order."""
+    TURNING = 12
+    """It turns on the spot, without an order."""
+
+    @property
+    def word(self) -> str:
+        """The word that all programs show."""
+        return self.name.lower()
+
+    def colour(self, ground: str = "light") -> str:
+        """The colour that all programs show on a ``light`` or a ``dark`` ground, for example ``#98a0a8``."""
+        return str(LAYOUT["activities"][self.word][ground])
 
 
 class StopAction(IntEnum):

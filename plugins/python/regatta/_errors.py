@@ -41,6 +41,10 @@ class CommandError(Error):
     """Commands can't be sent. They are kept, and can be sent again."""
 
 
+class OwnedError(TakenError, CommandError):
+    """Another program owns the movement of the fleet, so that this one may not send robots along routes."""
+
+
 class ControlError(Error):
     """A request wasn't carried out."""
 

@@ -39,6 +39,7 @@ from regatta._manager import Manager
 from regatta._newest import ClosureReader, ContactReader, TrafficReader
 from regatta._node import Node
 from regatta._open import Closes, Open
+from regatta._ownership import Ownership
 from regatta._routes import Route, Routes
 from regatta._tokens import Tokens
 from regatta._world import World, world_of
@@ -78,6 +79,8 @@ class Fleet(Closes):
         self._columns: dict[str, ColumnReader] = {}
         self._routes: Routes | None = None
         self._manager: Manager | None = None
+        self._ownership: Ownership | None = None
+        self._owner = self._node.holder("owner")
         self._publishers: WeakSet[ColumnPublisher] = WeakSet()
         self._readers: WeakSet[TickReader[Any]] = WeakSet()
         self._worlds = self._node.receiver("world", "the world", Line, WorldHeader)
@@ -94,7 +97,7 @@ class Fleet(Closes):
         self._closed = True
         for opened in list(self._open):
             opened.close()
-        for port in (self._worlds, self._routes, self._manager, *self._columns.values()):
+        for port in (self._worlds, self._owner, self._routes, self._manager, *self._columns.values()):
             if port is not None:
                 port.close()
         self._node.close()
@@ -165,6 +168,16 @@ class Fleet(Closes):
     def commands(self) -> Commands:
         """Opens the commands for sending."""
         return Commands(self)
+
+    def own(self) -> Ownership:
+        """Claims the movement of the robots: from now on the engine refuses to assign, extend, release and cancel routes
+        for other programs. It ends when it is closed, with the fleet or with the program, however that ends.
+
+        Raises :class:`OwnedError <regatta.OwnedError>` if another program owns it: a fleet has one owner.
+        """
+        if self._ownership is None or self._ownership.closed:
+            self._ownership = Ownership(self)
+        return self._ownership
 
     def control(self) -> Control:
         """Opens the control service."""

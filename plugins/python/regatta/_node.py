@@ -10,7 +10,7 @@ from regatta._contract import CONTRACT_VERSION, LAYOUT, ColumnHeader, Done, Line
 from regatta._domain import iceoryx2_config
 from regatta._errors import VersionError
 from regatta._open import ClosedPort
-from regatta._ports import Client, Receiver, Sender, Wake, unusable
+from regatta._ports import Claim, Client, Holder, Receiver, Sender, Wake, unusable
 from regatta._reports import DoneReports, Reporter
 
 SequencedHeader = TypeVar("SequencedHeader", bound=Sequenced)
@@ -73,6 +73,14 @@ class Node:
     def wake(self) -> Wake:
         """Opens the event service that wakes readers after each frame."""
         return Wake(self._event("wake"))
+
+    def claim(self, service: str) -> Claim:
+        """Claims what one process has at a time. Raises :class:`TakenError <regatta.TakenError>` if another one has it."""
+        return Claim(self._event(service))
+
+    def holder(self, service: str) -> Holder:
+        """Tells whether a process has made a claim."""
+        return Holder(self._event(service))
 
     def reporter(self) -> Reporter:
         """Opens the sending end of lockstep reports, under the name of this process."""

@@ -279,6 +279,35 @@ class Client(Generic[Request, Response]):
         self._service.try_cleanup_dead_nodes()
 
 
+class Claim:
+    """A claim that this process holds: the one notifier of an event service, which notifies nobody. It ends with the
+    process."""
+
+    def __init__(self, service: Any) -> None:
+        self._port = create(service, 1, lambda: service.notifier_builder().create())
+
+    def close(self) -> None:
+        """Gives the claim up."""
+        self._port = ClosedPort("a claim")
+
+
+class Holder:
+    """Tells whether a living process holds a claim."""
+
+    def __init__(self, service: Any) -> None:
+        self._service = service
+
+    def is_held(self) -> bool:
+        """Whether a living process holds it. Takes a millisecond or so if one does."""
+        if int(self._service.dynamic_config.number_of_notifiers) > 0:
+            self._service.try_cleanup_dead_nodes()
+        return int(self._service.dynamic_config.number_of_notifiers) > 0
+
+    def close(self) -> None:
+        """Stops watching."""
+        self._service = ClosedPort("a claim")
+
+
 class Wake:
     """The listening end of an event service: sleeps until another process has news."""
 

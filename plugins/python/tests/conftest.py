@@ -103,6 +103,11 @@ class Process:
         assert self.child.wait(PATIENCE) == 0, self.errors
         return self.output
 
+    def fail(self) -> str:
+        """Waits until it has ended, which must be with an error. Returns what it wrote to standard error."""
+        assert self.child.wait(PATIENCE) == 1, self.output
+        return self.errors
+
 
 class Engine:
     """A fleet of its own for a test, with its processes."""

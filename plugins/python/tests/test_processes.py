@@ -1,6 +1,7 @@
 """Readers that are killed or stopped; and the examples."""
 
 import json
+import os
 import signal
 import sys
 from pathlib import Path
@@ -108,6 +109,45 @@ def test_the_example_own_manager_keeps_robots_apart(engine: Engine) -> None:
         assert apart[~np.eye(len(frame), dtype=bool)].min() > 0.6
     assert np.hypot(frame.x - start.x, frame.y - start.y).max() > 5.0
     example.end()
+
+
+def test_a_fleet_has_one_owner_of_movement(engine: Engine) -> None:
+    engine.start("--robots", "10", scenario="warehouse-managed.yaml")
+    fleet, other = regatta.join(engine.name, "manager"), regatta.join(engine.name, "other")
+    edge = int(fleet.world().edges["id"][0])
+    own, foreign = fleet.commands(), other.commands()
+    ownership = fleet.own()
+    assert fleet.control().status().owner == f"manager (process {os.getpid()})"
+    own.cancel(0)
+    own.send()
+    for command in (foreign.cancel, lambda robot: foreign.assign(robot, [edge])):
+        command(0)
+        with pytest.raises(regatta.OwnedError, match=r"manager \(process \d+\) moves the robots of fleet"):
+            foreign.send()
+        foreign.clear()
+    foreign.hold(0)
+    foreign.send()
+    with pytest.raises(regatta.OwnedError, match="moves the robots"):
+        other.own()
+    example = engine.example("own_manager.py").fail()
+    assert "OwnedError: manager (process" in example
+
+    ownership.close()
+    assert fleet.control().status().owner == ""
+    foreign.cancel(0)
+    foreign.send()
+
+
+def test_the_ownership_of_a_killed_program_ends(engine: Engine) -> None:
+    engine.start("--robots", "10", scenario="warehouse-managed.yaml")
+    fleet = regatta.join(engine.name, "other")
+    example = engine.example("own_manager.py")
+    eventually("it owns the fleet", lambda: "own_manager" in fleet.control().status().owner or None)
+    example.kill()
+    commands = fleet.commands()
+    commands.cancel(0)
+    commands.send()
+    assert fleet.control().status().owner == ""
 
 
 @pytest.mark.parametrize("name", ["centre.py", "own_manager.py", "stop_in_zone.py", "tint_by_speed.py"])

@@ -4,6 +4,7 @@ use glam::{DVec2, Vec2};
 use prost::Message;
 use prost_types::Timestamp;
 use regatta_base::bezier::CubicBezier;
+use regatta_plugin::activity::{Activity, Ground};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::CurveRecord;
 use regatta_plugin::{Frame, World};
@@ -52,19 +53,10 @@ pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     cloud(points, log_time)
 }
 
-/// Returns a state's red, green, blue and alpha, or `None` for an absent robot.
+/// Returns the red, green, blue and alpha of a state's activity, or `None` for an absent robot.
 fn colour(state: RobotState) -> Option<[u8; 4]> {
-    match state {
-        RobotState::Idle => Some([150, 150, 150, 255]),
-        RobotState::Driving => Some([0, 158, 115, 255]),
-        RobotState::Waiting => Some([240, 228, 66, 255]),
-        RobotState::Held => Some([230, 159, 0, 255]),
-        RobotState::Faulted => Some([213, 94, 0, 255]),
-        RobotState::Turning => Some([86, 180, 233, 255]),
-        RobotState::Stalled => Some([204, 121, 167, 255]),
-        RobotState::Broken => Some([140, 20, 20, 255]),
-        RobotState::Absent => None,
-    }
+    let [red, green, blue] = Activity::of_state(state)?.rgb(Ground::Dark);
+    Some([red, green, blue, 255])
 }
 
 /// Encodes points along the route graph, slightly below the robots' points so that they don't cover

@@ -279,7 +279,8 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     }
     let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
     let caption = format!(
-        "{of}Where robots stand and wait, with {}; the numbers are what they wait for",
+        "{of}The places where robots stand and wait, with {}. Each number marks a place that they \
+         wait for.",
         robots_in_words(knee.robots)
     );
     blocks.push(picture("waiting", &caption, map));

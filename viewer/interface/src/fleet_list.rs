@@ -6,14 +6,16 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Align2, Color32, FontId, Id, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
 use glam::Vec2;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, RobotState};
+use regatta_scene::palette::Theme;
 
 use super::context::{PanelContext, Request};
 use super::filter::{FilterChoices, is_matching};
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
-use super::style::{self, ThemeColours, one_line, state_colour};
+use super::style::{self, ThemeColours, activity_colour, one_line};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
 use crate::text::with_plural;
@@ -24,7 +26,7 @@ type Column = (&'static str, Option<SortBy>, f32);
 /// The columns of a narrow list: the activity of a robot. The picture shows its place.
 const NARROW: &[Column] = &[
     ("id", Some(SortBy::Id), 0.215),
-    ("state", Some(SortBy::State), 0.405),
+    ("activity", Some(SortBy::Activity), 0.405),
     ("speed", Some(SortBy::Speed), 0.55),
     ("edge", Some(SortBy::Edge), 0.755),
     ("contact", None, 0.985),
@@ -33,7 +35,7 @@ const NARROW: &[Column] = &[
 /// The columns of a wide list.
 const WIDE: &[Column] = &[
     ("id", Some(SortBy::Id), 0.124),
-    ("state", Some(SortBy::State), 0.236),
+    ("activity", Some(SortBy::Activity), 0.236),
     ("speed", Some(SortBy::Speed), 0.325),
     ("edge", Some(SortBy::Edge), 0.445),
     ("x", Some(SortBy::X), 0.58),
@@ -119,8 +121,8 @@ impl FleetPanel {
                 .edges()
                 .get(frame.edge()[id as usize] as usize)
                 .map(|edge| edge.id);
-            let colour = state_colour(frame.state_of(id as usize), theme);
-            let row = Row { id, edge, level: levels.get(&id).copied(), offset, colour };
+            let activity = context.model.activity(id);
+            let row = Row { id, edge, level: levels.get(&id).copied(), offset, activity, theme };
             cells(ui, rect, &frame, &row, columns, &colours);
         });
         self.held = held;
@@ -148,7 +150,7 @@ impl FleetPanel {
     fn search(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
         let robots = context.model.frame.map_or(0, |frame| frame.len());
         ui.horizontal(|ui| {
-            let hint = format!("{}: id or state", with_plural(robots as u64, "robot"));
+            let hint = format!("{}: id or activity", with_plural(robots as u64, "robot"));
             let field = egui::TextEdit::singleline(&mut self.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
             if std::mem::take(&mut self.requests_focus) {
@@ -231,8 +233,9 @@ struct Row {
     edge: Option<u32>,
     level: Option<ContactLevel>,
     offset: Vec2,
-    /// The colour of the state.
-    colour: Color32,
+    /// `None` if the robot is absent.
+    activity: Option<Activity>,
+    theme: Theme,
 }
 
 /// Returns the worst contact of each robot that has one.
@@ -261,7 +264,9 @@ fn cells(
     let state = frame.state_of(row.id as usize);
     let size = LETTERS[usize::from(columns.len() > NARROW.len())];
     let dot = pos2(rect.left() + 5.0, rect.center().y);
-    ui.painter().circle_filled(dot, 3.0, row.colour);
+    if let Some(activity) = row.activity {
+        ui.painter().circle_filled(dot, 3.0, activity_colour(activity, row.theme));
+    }
     let mut left = rect.left() + 8.0;
     for (place, (_, sort, end)) in columns.iter().enumerate() {
         let right = rect.left() + rect.width() * end;
@@ -271,7 +276,7 @@ fn cells(
             (RobotState::Absent, Some(sort)) if *sort != SortBy::Id => continue,
             (_, sort) => cell(frame, row, *sort, colours),
         };
-        let is_word = is_last || *sort == Some(SortBy::State);
+        let is_word = is_last || *sort == Some(SortBy::Activity);
         let font = if is_word { FontId::proportional(size) } else { FontId::monospace(size) };
         let text = one_line(ui, &text, right - left - GAP, font, colour);
         let at = Align2::RIGHT_CENTER.anchor_size(pos2(right, rect.center().y), text.size());
@@ -301,7 +306,7 @@ fn cell(
             format!("{:.1}", frame.speed()[id])
         }
         Some(SortBy::Speed) => format!("{:.2}", frame.speed()[id]),
-        Some(SortBy::State) => frame.state_of(id).name().to_owned(),
+        Some(SortBy::Activity) => row.activity.map_or("", Activity::name).to_owned(),
         Some(SortBy::Edge) => row.edge.map_or("–".to_owned(), |edge| edge.to_string()),
         None => match row.level {
             Some(ContactLevel::Touching) => return ("touching".to_owned(), colours.bad),

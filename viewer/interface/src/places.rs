@@ -2,6 +2,7 @@
 
 use egui::Ui;
 use glam::Vec2;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::{ColumnName, Frame};
 use regatta_scene::palette::{Colouring, Scale, Theme};
 
@@ -79,8 +80,9 @@ pub(super) fn list_robots(
     for id in present.listed.iter().filter(|id| (**id as usize) < frame.len()) {
         ui.horizontal(|ui| {
             clicked = ui.link(format!("robot {id}")).clicked().then_some(*id).or(clicked);
-            let (state, speed) = (frame.state_of(*id as usize).name(), frame.speed()[*id as usize]);
-            ui.label(style::faint(ui, format!("{state}, {speed:.2} m/s")));
+            let activity = context.model.activity(*id).map_or("absent", Activity::name);
+            let speed = frame.speed()[*id as usize];
+            ui.label(style::faint(ui, format!("{activity}, {speed:.2} m/s")));
         });
     }
     let rest = present.robots as usize - present.listed.len().min(present.robots as usize);

@@ -1,6 +1,8 @@
 //! The rows of the fleet list: filtered and sorted robots. They are computed on a thread other than
 //! the drawing one.
 
+use regatta_plugin::activity::Activity;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::{Columns, RobotState};
 
 /// The sort key of the fleet list.
@@ -17,8 +19,8 @@ pub enum SortBy {
     Theta,
     /// Metres per second.
     Speed,
-    /// The state, by its name.
-    State,
+    /// The activity, by its word.
+    Activity,
     /// The edge, by its index in the world.
     Edge,
 }
@@ -30,7 +32,7 @@ pub struct RowQuery {
     pub sort: SortBy,
     /// Whether the largest value comes first.
     pub descending: bool,
-    /// The first digits of an id or the first letters of a state; empty for all robots.
+    /// The first digits of an id or the first letters of an activity; empty for all robots.
     pub filter: String,
 }
 
@@ -49,11 +51,12 @@ impl RowQuery {
         self.sort == SortBy::Id && self.filter.trim().is_empty()
     }
 
-    /// Computes the rows for the columns of a frame.
-    pub fn rows(&self, columns: Columns<'_>) -> Rows {
+    /// Computes the rows for the columns of a frame, and for the values of the column `activity`,
+    /// which may be none.
+    pub fn rows(&self, columns: Columns<'_>, activities: &[f32]) -> Rows {
         let filter = self.filter.trim().to_lowercase();
         let mut ids: Vec<u32> = (0..columns.x.len() as u32)
-            .filter(|id| passes(&filter, *id, columns.state[*id as usize]))
+            .filter(|id| passes(&filter, *id, word(columns, activities, *id)))
             .collect();
         match self.sort {
             SortBy::Id => {}
@@ -61,9 +64,7 @@ impl RowQuery {
             SortBy::Y => sort_by_values(&mut ids, columns.y),
             SortBy::Theta => sort_by_values(&mut ids, columns.theta),
             SortBy::Speed => sort_by_values(&mut ids, columns.speed),
-            SortBy::State => {
-                ids.sort_by_key(|id| RobotState::from_number(columns.state[*id as usize]).name())
-            }
+            SortBy::Activity => ids.sort_by_key(|id| word(columns, activities, *id)),
             SortBy::Edge => ids.sort_by_key(|id| columns.edge[*id as usize]),
         }
         if self.descending {
@@ -77,13 +78,18 @@ fn sort_by_values(ids: &mut [u32], values: &[f32]) {
     ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
 }
 
-fn passes(filter: &str, id: u32, state: u8) -> bool {
-    if state == RobotState::Absent as u8 {
-        return false;
-    }
+/// The word of a robot's activity; `None` if it is absent.
+fn word(columns: Columns<'_>, activities: &[f32], id: u32) -> Option<&'static str> {
+    let state = RobotState::from_number(columns.state[id as usize]);
+    let published = activities.get(id as usize).and_then(|value| ACTIVITY.element(*value));
+    Activity::of(state, published).map(Activity::name)
+}
+
+fn passes(filter: &str, id: u32, word: Option<&str>) -> bool {
+    let Some(word) = word else { return false };
     match filter.parse::<u32>() {
         Ok(wanted) => begins_with(id, wanted),
-        Err(_) => filter.is_empty() || RobotState::from_number(state).name().starts_with(filter),
+        Err(_) => word.starts_with(filter),
     }
 }
 
@@ -114,12 +120,12 @@ mod tests {
             state: &state,
         };
         let rows = |sort, descending, filter: &str| {
-            RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids
+            RowQuery { sort, descending, filter: filter.into() }.rows(columns, &[]).ids
         };
         assert_eq!(rows(SortBy::X, false, ""), [1, 2, 0]);
         assert_eq!(rows(SortBy::Theta, true, ""), [2, 0, 1]);
         assert_eq!(rows(SortBy::Speed, true, ""), [0, 2, 1]);
-        assert_eq!(rows(SortBy::State, false, ""), [1, 2, 0], "driving, held, idle");
+        assert_eq!(rows(SortBy::Activity, false, ""), [1, 2, 0], "driving, held, idle");
         assert_eq!(rows(SortBy::Edge, false, ""), [1, 0, 2]);
         assert_eq!(rows(SortBy::Id, false, "hel"), [2]);
         assert_eq!(rows(SortBy::Id, false, "1"), [1]);

@@ -12,7 +12,7 @@ use super::context::{PanelContext, Request};
 use super::history::{History, PLOTS, Recorder, SPAN};
 use super::menu;
 use super::places::{PresenceCounter, list_robots, value_text};
-use super::style::{self, heading, line, state_colour, status_dot};
+use super::style::{self, activity_colour, heading, line, status_dot};
 use super::view_model::Item;
 use super::{heat, work};
 use crate::text::with_plural;
@@ -55,9 +55,11 @@ impl SelectionPanel {
             ui.label(style::faint(ui, "not in the fleet now"));
             return;
         };
-        let state = frame.state_of(row);
         ui.horizontal(|ui| {
-            status_dot(ui, state_colour(state, context.theme), RichText::new(state.name()));
+            if let Some(activity) = context.model.activity(id) {
+                let colour = activity_colour(activity, context.theme);
+                status_dot(ui, colour, RichText::new(activity.name()));
+            }
             let index = context.model.robot_type_column.and_then(|column| column.get(row));
             let robot_type =
                 index.and_then(|index| context.model.world.robot_types().get(*index as usize));

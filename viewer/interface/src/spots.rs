@@ -48,7 +48,7 @@ impl SpotsPanel {
         let spots = &context.model.jams.spots;
         let total: f64 = spots.iter().map(Spot::lost_secs).sum();
         ui.label(
-            egui::RichText::new(format!("{} robot s lost", thousands(total.round() as u64)))
+            egui::RichText::new(format!("{} robot-seconds lost", thousands(total.round() as u64)))
                 .size(20.0),
         );
         ui.label(style::faint(ui, "by contacts and by robots that stand and can't drive on"));

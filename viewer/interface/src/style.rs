@@ -7,6 +7,7 @@ use egui::{
     Color32, ComboBox, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Role, Sense,
     Stroke, TextStyle, Ui, Visuals, WidgetInfo, vec2,
 };
+use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
 use regatta_scene::palette::{Rgb, Theme};
 
@@ -55,6 +56,11 @@ pub fn color32(colour: Rgb) -> Color32 {
 /// Returns the colour of a robot's state: that of the picture.
 pub fn state_colour(state: RobotState, theme: Theme) -> Color32 {
     color32(theme.state_colour(state))
+}
+
+/// Returns the colour of a robot's activity: that of the picture.
+pub fn activity_colour(activity: Activity, theme: Theme) -> Color32 {
+    color32(theme.activity_colour(activity))
 }
 
 /// Returns the colours of a theme.

@@ -195,7 +195,7 @@ impl TimelinePanel {
         );
         rest(ui, style::faint(ui, text));
         if live.is_past {
-            rest(ui, style::faint(ui, "columns, contacts and routes are not kept"));
+            rest(ui, style::faint(ui, "Columns, contacts and routes of the past are not kept."));
         }
     }
 

@@ -2,6 +2,8 @@
 //! of windows and graphics cards.
 
 use glam::Vec2;
+use regatta_plugin::activity::Activity;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::recording::RecordingMark;
@@ -71,6 +73,8 @@ pub struct ViewModel<'a> {
     pub labels: &'a Labels,
     /// Each robot's index into the robot types.
     pub robot_type_column: Option<&'a [f32]>,
+    /// Each robot's activity, if a fleet manager publishes it.
+    pub activity_column: Option<&'a [f32]>,
     /// The pairs that a collision checker reports.
     pub contacts: Option<Contacts<'a>>,
     /// The legend of the robots' colours.
@@ -258,6 +262,15 @@ impl ViewModel<'_> {
     /// Returns the selected robot's value in a column, if it is published.
     pub fn value(&self, column: &str) -> Option<f32> {
         self.values.iter().find(|(name, _)| name.as_str() == column).map(|(_, value)| *value)
+    }
+
+    /// Returns the activity of a robot of the frame; `None` if it is absent. A frame of the past
+    /// has no activities of a fleet manager.
+    pub fn activity(&self, robot: u32) -> Option<Activity> {
+        let (frame, row) = (self.frame?, robot as usize);
+        let column = self.activity_column.filter(|_| !self.is_past());
+        let published = column.and_then(|column| ACTIVITY.element(*column.get(row)?));
+        (row < frame.len()).then(|| Activity::of(frame.state_of(row), published))?
     }
 
     /// Returns the pose of a robot in the newest frame, moved by the offset.

@@ -1,7 +1,6 @@
 //! The part of the selection panel about the work that a fleet manager gives a robot.
 
 use egui::Ui;
-use regatta_plugin::activity::Activity;
 use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, WAITS_FOR};
 use regatta_plugin::order::StopAction;
 use regatta_plugin::world::NodeRecord;
@@ -13,7 +12,7 @@ use super::view_model::{Item, ViewModel};
 /// The columns that this part shows.
 pub const COLUMNS: [&str; 4] = [ACTIVITY.name(), WAITS_FOR.name(), GOAL.name(), BATTERY.name()];
 
-/// Shows the activity, the blocker, the goal, the order and the battery of the selected robot, if
+/// Shows the blocker, the goal, the order and the battery of the selected robot, if
 /// they are published.
 pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
     let [activity, waits_for, goal, battery] = COLUMNS.map(|name| context.model.value(name));
@@ -23,9 +22,6 @@ pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
         return;
     }
     heading(ui, "work");
-    if let Some(activity) = activity {
-        line(ui, "does", ACTIVITY.element(activity).map_or("unknown", Activity::name));
-    }
     order(context, ui);
     let mut next = None;
     if let Some(goal) = goal {

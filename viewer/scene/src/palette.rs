@@ -6,7 +6,7 @@ use core::str::FromStr;
 
 use glam::Vec3;
 use regatta_plugin::ColumnName;
-use regatta_plugin::activity::Activity;
+use regatta_plugin::activity::{Activity, Ground};
 use regatta_plugin::column::{ACTIVITY, COLLISION};
 use regatta_plugin::frame::RobotState;
 
@@ -177,27 +177,22 @@ impl Theme {
 }
 
 impl Theme {
-    /// The colour of a robot's state, also outside of the picture.
+    /// The ground on which its colours are seen.
+    pub fn ground(self) -> Ground {
+        match self {
+            Self::Dark => Ground::Dark,
+            Self::Light => Ground::Light,
+        }
+    }
+
+    /// The colour of a robot's activity, also outside of the picture.
+    pub fn activity_colour(self, activity: Activity) -> Rgb {
+        Rgb(activity.colour(self.ground()))
+    }
+
+    /// The colour of a robot's state: that of its activity.
     pub fn state_colour(self, state: RobotState) -> Rgb {
-        Rgb(match (state, self) {
-            (RobotState::Idle, Theme::Dark) => 0x5d6d73,
-            (RobotState::Idle, Theme::Light) => 0x949ba4,
-            (RobotState::Driving, Theme::Dark) => 0x5fc0f8,
-            (RobotState::Driving, Theme::Light) => 0x00619e,
-            (RobotState::Waiting, Theme::Dark) => 0xd6ad00,
-            (RobotState::Waiting, Theme::Light) => 0xd29000,
-            (RobotState::Held, Theme::Dark) => 0xdc7bb1,
-            (RobotState::Held, Theme::Light) => 0xc787d2,
-            (RobotState::Faulted, Theme::Dark) => 0xcf5a00,
-            (RobotState::Faulted, Theme::Light) => 0xbc4900,
-            (RobotState::Turning, Theme::Dark) => 0x129c6d,
-            (RobotState::Turning, Theme::Light) => 0x0b9968,
-            (RobotState::Stalled, Theme::Dark) => 0xffec62,
-            (RobotState::Stalled, Theme::Light) => 0xf1cc08,
-            (RobotState::Broken, Theme::Dark) => 0xeffafd,
-            (RobotState::Broken, Theme::Light) => 0x1c1c1c,
-            (RobotState::Absent, _) => 0x999999,
-        })
+        Activity::of_state(state).map_or(Rgb(0x999999), |activity| self.activity_colour(activity))
     }
 }
 
@@ -258,10 +253,6 @@ pub const STATES: [RobotState; RobotState::COUNT] = [
     RobotState::Broken,
 ];
 
-// The eight states and the eight activities are variants of Okabe and Ito's hues that also differ
-// in lightness. With grey and brown beside them, the hues alone can't be distinguished with every
-// colour vision: see the tests.
-
 fn states(theme: Theme) -> Scale {
     Scale::Categories(
         STATES.map(|state| (state.name().to_owned(), theme.state_colour(state))).to_vec(),
@@ -271,30 +262,9 @@ fn states(theme: Theme) -> Scale {
 fn activities(theme: Theme) -> Scale {
     Scale::Categories(
         Activity::ALL
-            .map(|activity| (activity.name().to_owned(), activity_colour(activity, theme)))
+            .map(|activity| (activity.name().to_owned(), theme.activity_colour(activity)))
             .to_vec(),
     )
-}
-
-fn activity_colour(activity: Activity, theme: Theme) -> Rgb {
-    Rgb(match (activity, theme) {
-        (Activity::Idle, Theme::Dark) => 0x566873,
-        (Activity::Idle, Theme::Light) => 0x7a8798,
-        (Activity::ToPick, Theme::Dark) => 0x5abdf5,
-        (Activity::ToPick, Theme::Light) => 0x0070b0,
-        (Activity::Carrying, Theme::Dark) => 0x00986f,
-        (Activity::Carrying, Theme::Light) => 0x1fb78c,
-        (Activity::Handling, Theme::Dark) => 0xfff354,
-        (Activity::Handling, Theme::Light) => 0xfdce00,
-        (Activity::Waiting, Theme::Dark) => 0xeba200,
-        (Activity::Waiting, Theme::Light) => 0xdc9910,
-        (Activity::Parked, Theme::Dark) => 0x826533,
-        (Activity::Parked, Theme::Light) => 0x957c4d,
-        (Activity::Charging, Theme::Dark) => 0xcc88b3,
-        (Activity::Charging, Theme::Light) => 0xd097dd,
-        (Activity::OutOfService, Theme::Dark) => 0xd35c00,
-        (Activity::OutOfService, Theme::Light) => 0xc35100,
-    })
 }
 
 fn collisions(theme: Theme) -> Scale {

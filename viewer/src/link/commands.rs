@@ -114,7 +114,7 @@ impl PendingCommands {
         let mut told = Vec::new();
         for answer in self.dispatcher.answers()? {
             if let Some((command, ..)) = self.waiting.remove(&answer.token) {
-                told.push(text(command, answer));
+                told.push(self.text(command, answer));
             }
         }
         for (command, since, is_told) in
@@ -128,6 +128,13 @@ impl PendingCommands {
             }
         }
         Ok(told)
+    }
+
+    fn text(&self, command: UserCommand, answer: EventRecord) -> String {
+        match answer.kind() {
+            Some(EventKind::Accepted) => format!("accepted: {command}"),
+            _ => format!("can't {command}: {}", self.dispatcher.refusal(answer)),
+        }
     }
 }
 
@@ -159,13 +166,6 @@ fn asked(command: UserCommand, answer: Result<ManagerResponse, ManagerError>) ->
     }
 }
 
-fn text(command: UserCommand, answer: EventRecord) -> String {
-    match answer.kind() {
-        Some(EventKind::Accepted) => format!("accepted: {command}"),
-        _ => format!("can't {command}: {}", DispatchError::Refused(answer)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
@@ -193,7 +193,7 @@ mod tests {
         while taken.len() < 2 {
             producer.update();
             producer
-                .take_commands(|_, records| taken.extend_from_slice(records))
+                .take_commands(|_, _, records| taken.extend_from_slice(records))
                 .expect("readable");
             std::thread::sleep(Duration::from_millis(1));
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::Filter;
 use regatta_interface::rows::{RowQuery, Rows};
-use regatta_plugin::column::TYPE;
+use regatta_plugin::column::{ACTIVITY, TYPE};
 use regatta_plugin::{
     ColumnName, ColumnReader, FleetName, OrderReader, Participant, ReadError, Result, Subscriber,
     WorldReader, column_names,
@@ -72,6 +72,7 @@ struct Poller {
     query: RowQuery,
     /// Open only while rows are polled, because a reader holds a frame.
     frames: Option<Subscriber>,
+    activities: Option<ColumnReader>,
     /// Those that don't match all robots.
     filters: Vec<Filter>,
     /// Open only while a filter is set.
@@ -106,6 +107,7 @@ impl Poller {
             participant,
             query: RowQuery::default(),
             frames: None,
+            activities: None,
             filters: Vec::new(),
             filtered: None,
             filter_at: now,
@@ -218,13 +220,17 @@ impl Poller {
             Some(frames) => frames,
             none => none.insert(Subscriber::open_on(&self.participant)?),
         };
-        let rows = frames.latest()?.map(|frame| self.query.rows(frame.columns()));
+        let activities = match &mut self.activities {
+            Some(activities) => activities,
+            none => none.insert(ColumnReader::open_on(&self.participant, ACTIVITY.name())?),
+        };
+        activities.latest()?;
         // A paused engine sends no new frame.
-        Ok(if rows.is_some() {
-            rows
-        } else {
-            frames.current()?.map(|frame| self.query.rows(frame.columns()))
-        })
+        frames.latest()?;
+        let Some(frame) = frames.current()? else { return Ok(None) };
+        let column = activities.current()?;
+        let column = column.filter(|column| column.header.run_id == frame.run_id());
+        Ok(Some(self.query.rows(frame.columns(), column.map_or(&[], |column| column.values))))
     }
 
     fn values(&mut self) -> Result<Vec<(ColumnName, f32)>> {

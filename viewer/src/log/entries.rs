@@ -81,7 +81,7 @@ pub(super) fn of_order(order: &OrderRecord, time_nanos: u64) -> Option<(Entry, A
     let (severity, what) = match order.kind()? {
         OrderKind::Failed => (Severity::Warning, "failed"),
         OrderKind::Cancelled => (Severity::Info, "was cancelled"),
-        OrderKind::Withdrawn => (Severity::Info, "was taken from its robot"),
+        OrderKind::Withdrawn => (Severity::Info, "was withdrawn from its robot"),
         OrderKind::Unroutable => (Severity::Warning, "waits: no way leads to its stops"),
         OrderKind::Reopened => (Severity::Info, "can be carried out again"),
         _ => return None,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use regatta_layout::{EdgeIndex, Leg, NodeIndex};
-use regatta_plugin::command::{CommandKind, CommandRecord};
+use regatta_plugin::command::{Authority, CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_scenario::Repeat;
@@ -322,4 +322,26 @@ fn a_random_walk_takes_the_legs_that_are_ahead_of_it() {
     assert_eq!(driven[1..], drawn);
     apply(&mut fleet, &[command(CommandKind::Cancel)]);
     assert_eq!((fleet.walk_ahead(0).count(), fleet.drives_on(0)), (0, false), "it ends its leg");
+}
+
+#[test]
+fn only_the_owner_moves_robots_and_others_may_do_all_else() {
+    let mut fleet = on_chain();
+    let (before, mut events) = (after(&mut fleet, 0), events());
+    let release = CommandRecord { id: 1001, s: f32::INFINITY, ..command(CommandKind::Release) };
+    let movement = [
+        route(CommandKind::Assign, &[leg(1, true)]),
+        route(CommandKind::Extend, &[leg(1, true)]),
+        vec![release],
+        vec![command(CommandKind::Cancel)],
+    ];
+    let others = [CommandKind::Hold, CommandKind::Resume, CommandKind::Break, CommandKind::Repair];
+    fleet.apply_of(Authority::WithoutMovement, &movement.concat(), &mut events);
+    let answers: Vec<_> = events.records().iter().map(|event| (event.kind, event.detail)).collect();
+    assert_eq!(answers, [(EventKind::Refused as u32, Refusal::NotOwner as u32); 4]);
+    assert_eq!(after(&mut fleet, 50), before, "it stands where it stood");
+    events.clear();
+    fleet.apply_of(Authority::WithoutMovement, &others.map(command), &mut events);
+    let refused = events.records().iter().filter(|event| event.kind == EventKind::Refused as u32);
+    assert_eq!(refused.count(), 0);
 }

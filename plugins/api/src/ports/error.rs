@@ -63,6 +63,17 @@ pub enum OpenError {
         /// The publisher: executable and process id.
         owner: String,
     },
+    /// Another process owns the movement of the fleet.
+    #[error(
+        "{owner} moves the robots of fleet '{fleet}'; stop it first, or ask it to send a robot \
+         with `regatta command send`"
+    )]
+    Owned {
+        /// The fleet.
+        fleet: FleetName,
+        /// The owner: its name and process id.
+        owner: String,
+    },
     /// A service has no free place.
     #[error(
         "{service} has all of its {limit} places taken by {holders}; stop one of them, or run `regatta doctor --clean` if \

@@ -2,32 +2,44 @@
 
 use super::ask::{Request, Responder};
 use super::error::{OpenError, ReadError};
+use super::ownership::OwnerWatch;
 use super::services;
 use crate::process::join::Participant;
-use crate::records::command::{CommandHeader, CommandRecord};
+use crate::records::command::{Authority, CommandHeader, CommandRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::transport::Subscriber;
 
 /// Takes the commands of all senders.
 pub(super) struct CommandInbox {
     samples: Subscriber<CommandRecord, CommandHeader>,
+    owner: OwnerWatch,
 }
 
 impl CommandInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let (service, buffer) = (&services::COMMANDS, services::COMMAND_BUFFER);
-        Ok(Self { samples: Subscriber::open(service, service.name, participant, buffer)? })
+        Ok(Self {
+            samples: Subscriber::open(service, service.name, participant, buffer)?,
+            owner: OwnerWatch::open(participant)?,
+        })
     }
 
-    /// Passes all commands that have arrived to `each`, sample by sample.
+    /// The process that owns the movement of the robots, for users.
+    pub(super) fn owner(&mut self) -> Option<&str> {
+        self.owner.name()
+    }
+
+    /// Passes all commands that have arrived to `each`, sample by sample, with those that their
+    /// sender may give.
     pub(super) fn take(
         &mut self,
-        mut each: impl FnMut(&CommandHeader, &[CommandRecord]),
+        mut each: impl FnMut(&CommandHeader, Authority, &[CommandRecord]),
     ) -> Result<(), ReadError> {
         // Bounded, so that a sender that never stops can't keep a tick from ending.
         for _ in 0..services::COMMAND_BUFFER * services::MAX_COMMAND_SENDERS {
             let Some(sample) = self.samples.receive()? else { break };
-            each(sample.header(), sample.records());
+            let authority = self.owner.authority(&self.samples, &sample);
+            each(sample.header(), authority, sample.records());
         }
         Ok(())
     }

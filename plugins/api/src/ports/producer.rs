@@ -18,7 +18,7 @@ use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
-use crate::records::command::{CommandHeader, CommandRecord};
+use crate::records::command::{Authority, CommandHeader, CommandRecord};
 use crate::records::command_log::CommandLogHeader;
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
@@ -302,15 +302,20 @@ impl ProducerPorts {
         self.frames.readers()
     }
 
-    /// Passes all commands that have arrived to `each`, sample by sample; those of one sender in
-    /// the order in which it sent them. At most [`COMMAND_BUFFER`](services::COMMAND_BUFFER)
-    /// samples per sender and call.
+    /// The process that owns the movement of the robots: its name and its number.
+    pub fn owner(&mut self) -> Option<&str> {
+        self.commands.owner()
+    }
+
+    /// Passes all commands that have arrived to `each`, sample by sample, with those that their
+    /// sender may give; those of one sender in the order in which it sent them. At most
+    /// [`COMMAND_BUFFER`](services::COMMAND_BUFFER) samples per sender and call.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
     pub fn take_commands(
         &mut self,
-        each: impl FnMut(&CommandHeader, &[CommandRecord]),
+        each: impl FnMut(&CommandHeader, Authority, &[CommandRecord]),
     ) -> Result<(), ReadError> {
         self.commands.take(each)
     }

@@ -233,6 +233,10 @@ pub(crate) struct RequestService<Q, A> {
     exchange: PhantomData<(Q, A)>,
 }
 
+/// The claim on the movement of the robots: an event service with one notifier, which notifies
+/// nobody.
+pub(crate) const OWNER: &str = "owner";
+
 /// The control service: pause, resume, step, speed, number of robots, status.
 pub(crate) const CONTROL: RequestService<ControlRequest, ControlResponse> =
     RequestService::new("control", "control requests", "the engine", MAX_CONTROL_CLIENTS);

@@ -8,6 +8,7 @@ use clap::Args;
 
 /// The command-line options of a process that is to be on time.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Processor")]
 pub struct SchedulingOptions {
     /// Prefer this process over others: a nice value, -20 (preferred) to 19, or real time by 'fifo'
     /// or 'fifo:N', N 1 to 99

@@ -7,6 +7,7 @@ use super::session::{Pending, Session};
 use super::speed::Speed;
 use super::{Producer, RefusalReason};
 use crate::records::control::{ControlKind, ControlRequest, ControlResponse};
+use crate::records::padded;
 
 /// The largest number of ticks that one request may step.
 const MAX_STEP: u64 = 1 << 40;
@@ -144,6 +145,7 @@ impl Session {
             clock: self.clock_state() as u32,
             speed: self.clock.speed().as_f32(),
             real_time_factor: self.figures.real_time_factor(),
+            owner: self.ports().owner().map(padded).unwrap_or([0; 96]),
             ..ControlResponse::default()
         }
     }

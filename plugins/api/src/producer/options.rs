@@ -51,9 +51,10 @@ pub struct ProducerOptions {
 
 /// The plugins that a producer waits for after each frame.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Processes")]
 pub struct LockstepOptions {
-    /// Wait for these plugins to finish each tick, so that runs with them are reproducible;
-    /// separated by commas or spaces, after all other arguments without a name
+    /// Wait after each tick until these plugins have finished it, so that runs repeat bit by bit;
+    /// names have commas or spaces between them, and come after the scenario
     #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
     pub names: Vec<String>,
     /// Longest time to wait for a plugin in lockstep

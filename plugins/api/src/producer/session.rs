@@ -450,7 +450,7 @@ impl Session {
     /// [`ReadError::Receive`] if a connection is broken.
     pub fn refuse_commands(&mut self) -> Result<(), ReadError> {
         let mut refused = Vec::new();
-        self.ports.take_commands(|_, records| {
+        self.ports.take_commands(|_, _, records| {
             let commands = records.iter().filter(|record| record.kind != CommandKind::Leg as u32);
             refused.extend(commands.map(|command| EventRecord {
                 token: command.token,

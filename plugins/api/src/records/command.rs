@@ -97,6 +97,23 @@ numbered! {
     }
 }
 
+impl CommandKind {
+    /// Whether commands of this kind move a robot along a route, as only the owner of a fleet's
+    /// movement may.
+    pub const fn moves(self) -> bool {
+        matches!(self, Self::Assign | Self::Extend | Self::Release | Self::Cancel)
+    }
+}
+
+/// The commands that their sender may give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Authority {
+    /// All commands: the sender owns the movement of the fleet, or nobody does.
+    Full,
+    /// All but those that [move](CommandKind::moves) robots: another process owns their movement.
+    WithoutMovement,
+}
+
 /// One edge of a route in a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RouteLeg {

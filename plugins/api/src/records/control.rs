@@ -83,6 +83,9 @@ pub struct ControlResponse {
     pub accepted: u32,
     /// The reason of a refusal, in UTF-8 padded with zeros.
     pub reason: [u8; 128],
+    /// The process that owns the movement of the robots, in UTF-8 padded with zeros: its name and
+    /// its number, such as `fleet-manager (process 4711)`. Empty if nobody does.
+    pub owner: [u8; 96],
 }
 
 impl ControlRequest {
@@ -120,5 +123,10 @@ impl ControlResponse {
     /// The reason of a refusal.
     pub fn reason(&self) -> &str {
         text(&self.reason)
+    }
+
+    /// The process that owns the movement of the robots: its name and its number.
+    pub fn owner(&self) -> Option<&str> {
+        Some(text(&self.owner)).filter(|owner| !owner.is_empty())
     }
 }

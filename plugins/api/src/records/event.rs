@@ -125,6 +125,8 @@ numbered! {
         NotAhead = 12,
         /// A leg of the route is along a closed edge.
         EdgeClosed = 13,
+        /// Another process owns the movement of the fleet.
+        NotOwner = 14,
     }
 }
 

@@ -1,5 +1,7 @@
 //! Fleets in the memory of one process: their ports call each other.
 
+mod claim;
+
 use core::any::{Any, TypeId};
 use core::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, VecDeque};
@@ -9,6 +11,8 @@ use crate::ports::services::Quality;
 use crate::process::join::Participant;
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::{Header, Record};
+
+pub(crate) use claim::{Claim, Claimed};
 
 /// A fleet whose ports lie in the memory of this process, on one thread: the engine and its
 /// plugins run in turn, without shared memory, wake-ups or locks.
@@ -34,6 +38,10 @@ use crate::records::{Header, Record};
 pub struct LocalFleet {
     name: FleetName,
     services: Rc<RefCell<Services>>,
+    /// The participants so far.
+    members: Rc<Cell<u64>>,
+    /// The number of the participant that this belongs to.
+    member: u64,
     /// The fleet's participant in shared memory, if it is published.
     #[cfg(feature = "shared-memory")]
     mirror: Option<Rc<Participant>>,
@@ -48,6 +56,8 @@ impl LocalFleet {
         Self {
             name,
             services: Rc::default(),
+            members: Rc::default(),
+            member: 0,
             #[cfg(feature = "shared-memory")]
             mirror: None,
         }
@@ -63,12 +73,13 @@ impl LocalFleet {
     #[cfg(feature = "shared-memory")]
     pub fn published(name: FleetName) -> Result<Self, crate::OpenError> {
         let mirror = Participant::join(&name, "engine")?;
-        Ok(Self { name, services: Rc::default(), mirror: Some(Rc::new(mirror)) })
+        Ok(Self { mirror: Some(Rc::new(mirror)), ..Self::new(name) })
     }
 
     /// Joins the fleet under a name.
     pub fn join(&self, name: &str) -> Participant {
-        Participant::of_local(self.clone(), name)
+        self.members.set(self.members.get() + 1);
+        Participant::of_local(Self { member: self.members.get(), ..self.clone() }, name)
     }
 
     /// The name of the fleet.
@@ -115,6 +126,8 @@ type Free<T> = Rc<RefCell<Vec<Vec<T>>>>;
 pub(crate) struct Sample<T, H> {
     pub(super) header: H,
     pub(super) records: Vec<T>,
+    /// The number of the participant that sends it.
+    pub(super) sender: u64,
     free: Free<T>,
 }
 
@@ -170,10 +183,10 @@ impl<T, H> Default for Topic<T, H> {
 }
 
 impl<T: Record, H: Header> Topic<T, H> {
-    fn loan(&self, len: usize) -> Sample<T, H> {
+    fn loan(&self, len: usize, sender: u64) -> Sample<T, H> {
         let mut records = self.free.borrow_mut().pop().unwrap_or_default();
         records.resize(len, T::zeroed());
-        Sample { header: H::default(), records, free: Rc::clone(&self.free) }
+        Sample { header: H::default(), records, sender, free: Rc::clone(&self.free) }
     }
 
     /// Delivers a sample, and returns the number of subscribers that have it.
@@ -196,6 +209,7 @@ impl<T: Record, H: Header> Topic<T, H> {
 pub(crate) struct Publisher<T: 'static, H: 'static> {
     topic: Rc<Topic<T, H>>,
     keeps_newest: bool,
+    member: u64,
 }
 
 impl<T: Record, H: Header> Publisher<T, H> {
@@ -206,12 +220,12 @@ impl<T: Record, H: Header> Publisher<T, H> {
             return None;
         }
         topic.publishers.set(topic.publishers.get() + 1);
-        Some(Self { topic, keeps_newest: quality.history > 0 })
+        Some(Self { topic, keeps_newest: quality.history > 0, member: fleet.member })
     }
 
     /// Returns a sample to be written. The values of its records are left over from an older one.
     pub(super) fn loan(&self, len: usize) -> Sample<T, H> {
-        self.topic.loan(len)
+        self.topic.loan(len, self.member)
     }
 
     /// Sends a sample, and returns the number of subscribers that have it.

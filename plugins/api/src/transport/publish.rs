@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::claim::Member;
 use super::local::{self, LocalFleet};
 #[cfg(feature = "shared-memory")]
 use super::shared;
@@ -245,6 +246,19 @@ impl<T: Record, H: Header> Subscriber<T, H> {
             Self::Shared(subscriber) => subscriber.receive()?.map(Sample::Shared),
             Self::Local(subscriber) => subscriber.receive().map(Sample::Local),
         })
+    }
+
+    /// The participant that has sent a sample; `None` if it has closed its port since.
+    pub(crate) fn sender(&self, sample: &Sample<T, H>) -> Option<Member> {
+        match (self, sample) {
+            #[cfg(feature = "shared-memory")]
+            (Self::Shared(subscriber), Sample::Shared(sample)) => {
+                subscriber.sender(sample).map(Member::Shared)
+            }
+            (_, Sample::Local(sample)) => Some(Member::Local(sample.sender)),
+            #[cfg(feature = "shared-memory")]
+            (Self::Local(_), Sample::Shared(_)) => None,
+        }
     }
 
     /// Whether a sample waits to be taken.

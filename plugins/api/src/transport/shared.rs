@@ -1,5 +1,6 @@
 //! Ports in shared memory, by iceoryx2.
 
+mod claim;
 mod full_memory;
 mod open;
 mod places;
@@ -7,6 +8,7 @@ mod publish;
 mod request;
 mod wake;
 
+pub(crate) use claim::{Claim, Holder, claim};
 pub(crate) use full_memory::{FULL, guarded, loan_record, received, unless_full};
 pub(crate) use open::{done, service_names, version_of};
 pub(crate) use places::place;

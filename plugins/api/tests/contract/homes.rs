@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use regatta_plugin::command::CommandRecord;
+use regatta_plugin::command::{Authority, CommandRecord};
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::services::{CHUNKS_IN_USE, COLUMN_BUFFER, COMMAND_BUFFER, EVENT_BUFFER};
 use regatta_plugin::world::{NodeRecord, WorldData};
 use regatta_plugin::{
     ColumnPublisher, ColumnReader, CommandError, Commands, EventReader, LocalFleet, OpenError,
-    OrderPublisher, Participant, ProducerPorts, ReadError, RouteClient, RouteServer, Subscriber,
-    WorldReader,
+    OrderPublisher, Ownership, Participant, ProducerPorts, ReadError, RouteClient, RouteServer,
+    Subscriber, WorldReader,
 };
 
 use crate::common::{fleet, publish};
@@ -25,6 +25,50 @@ fn homes() -> [Home; 2] {
         Box::new(move |name| Participant::join(&shared, name).unwrap()),
         Box::new(move |name| local.join(name)),
     ]
+}
+
+/// Returns the commands that have arrived, each with the authority of its sender.
+fn authorities(producer: &mut ProducerPorts) -> Vec<(u64, Authority)> {
+    let mut taken = Vec::new();
+    producer
+        .take_commands(|_, authority, records| taken.push((records[0].token, authority)))
+        .unwrap();
+    taken
+}
+
+#[test]
+fn one_participant_owns_the_movement_until_it_ends() {
+    for join in homes() {
+        let mut producer = ProducerPorts::create_on(join("producer"), 1).unwrap();
+        let (manager, other) = (join("manager"), join("other"));
+        let mut own = Commands::open_on(&manager).unwrap();
+        let mut foreign = Commands::open_on(&other).unwrap();
+        let mut send_both = || {
+            let tokens = (own.cancel(0), foreign.cancel(0));
+            own.send().unwrap();
+            foreign.send().unwrap();
+            tokens
+        };
+        let (a, b) = send_both();
+        assert_eq!(producer.owner(), None);
+        assert_eq!(authorities(&mut producer), [(a, Authority::Full), (b, Authority::Full)]);
+
+        let ownership = Ownership::claim(&manager).unwrap();
+        let (a, b) = send_both();
+        assert_eq!(
+            authorities(&mut producer),
+            [(a, Authority::Full), (b, Authority::WithoutMovement)]
+        );
+        let owner = producer.owner().unwrap().to_owned();
+        assert!(owner.starts_with("manager"), "{owner}");
+        let error = Ownership::claim(&other).unwrap_err();
+        assert!(matches!(&error, OpenError::Owned { owner: named, .. } if *named == owner));
+
+        drop(ownership);
+        let (a, b) = send_both();
+        assert_eq!(authorities(&mut producer), [(a, Authority::Full), (b, Authority::Full)]);
+        let _ownership = Ownership::claim(&other).unwrap();
+    }
 }
 
 #[test]
@@ -89,7 +133,7 @@ fn commands_without_room_are_refused_and_the_others_kept() {
 
 fn taken(producer: &mut ProducerPorts) -> Vec<CommandRecord> {
     let mut taken = Vec::new();
-    producer.take_commands(|_, records| taken.extend_from_slice(records)).unwrap();
+    producer.take_commands(|_, _, records| taken.extend_from_slice(records)).unwrap();
     taken
 }
 

@@ -13,6 +13,7 @@ use std::path::Path;
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service;
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::activity::{Activity, Ground};
 use regatta_plugin::closure::{ClosedEdge, ClosureHeader};
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::command::{CommandHeader, CommandKind, CommandRecord};
@@ -36,8 +37,8 @@ use regatta_plugin::world::{
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
-    ManagerServer, OrderReader, Participant, RecordingReader, Result, RouteServer, TrafficReader,
-    services,
+    ManagerServer, OrderReader, Ownership, Participant, RecordingReader, Result, RouteServer,
+    TrafficReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -107,7 +108,7 @@ fn all_records() -> Map<String, Value> {
         ControlRequest { count, kind, speed }
         ControlResponse { run_id, tick, sim_time_nanos, late_ticks, tick_cost_p50_nanos, tick_cost_p99_nanos,
             resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
-            reason }
+            reason, owner }
         RouteRequest { robot, reserved }
         RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
             listed }
@@ -134,9 +135,11 @@ fn all_enums() -> Map<String, Value> {
             Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened }
         BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed }
+            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed, NotOwner }
         OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
             Unroutable, Reopened }
+        Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,
+            Driving, Turning }
         StopAction { None, Pick, Drop, Charge, Park }
         Obstacle { NoWay, ClosedEdges }
         ContactLevel { Possible, Touching }
@@ -147,6 +150,16 @@ fn all_enums() -> Map<String, Value> {
         Trend { Growing, Steady, Easing, Over }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
     }
+}
+
+/// The word of each activity, and its colours on a dark and on a light ground.
+fn activities() -> Map<String, Value> {
+    let entry = |activity: Activity| {
+        let [dark, light] =
+            [Ground::Dark, Ground::Light].map(|ground| format!("#{:06x}", activity.colour(ground)));
+        (activity.name().to_owned(), json!({ "dark": dark, "light": light }))
+    };
+    Activity::ALL.into_iter().map(entry).collect()
 }
 
 /// The properties that iceoryx2 compares when a service is opened, for every service of a fleet, by
@@ -161,7 +174,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     );
     let (_log, _routes) = (CommandLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let (_orders, _traffic) = (OrderReader::open_on(&other)?, TrafficReader::open_on(&other)?);
-    let _manager = ManagerServer::open_on(&other)?;
+    let (_manager, _owner) = (ManagerServer::open_on(&other)?, Ownership::claim(&other)?);
     let (_recording, _history) =
         (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
     let prefix = services::service_name(fleet, "");
@@ -207,6 +220,7 @@ fn the_layout_file_is_true() {
         "no_robot": NO_ROBOT,
         "command_buffer": services::COMMAND_BUFFER,
         "event_buffer": services::EVENT_BUFFER,
+        "activities": activities(),
         "records": all_records(),
         "enums": all_enums(),
         "services": all_services(&fleet).expect("services"),

@@ -7,3 +7,4 @@ mod homes;
 mod layout;
 mod messages;
 mod processes;
+mod vocabulary;

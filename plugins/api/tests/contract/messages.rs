@@ -22,7 +22,7 @@ use crate::common::{fleet, publish};
 
 fn taken(producer: &mut ProducerPorts) -> Vec<Vec<CommandRecord>> {
     let mut samples = Vec::new();
-    producer.take_commands(|_, records| samples.push(records.to_vec())).unwrap();
+    producer.take_commands(|_, _, records| samples.push(records.to_vec())).unwrap();
     samples
 }
 

@@ -7,9 +7,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::command::Authority;
 use regatta_plugin::health::{occupants, services_of};
 use regatta_plugin::world::WorldData;
-use regatta_plugin::{FleetName, Frame, OpenError, Plugin, Result, Subscriber, World};
+use regatta_plugin::{
+    Commands, FleetName, Frame, OpenError, Ownership, Participant, Plugin, Result, Subscriber,
+    World,
+};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::common::{fleet, publish};
@@ -25,6 +29,7 @@ fn child() {
     match role.as_str() {
         "producer" => produce(&fleet),
         "holder" => hold(&fleet),
+        "owner" => own(&fleet),
         "plugin" => plugin(&fleet),
         other => panic!("no role {other}"),
     }
@@ -44,6 +49,15 @@ fn produce(fleet: &FleetName) {
 fn hold(fleet: &FleetName) {
     let mut subscriber = Subscriber::open(fleet).unwrap();
     while subscriber.wait(Duration::from_millis(100)).unwrap().is_none() {}
+    println!("ready");
+    loop {
+        std::thread::sleep(Duration::from_secs(1));
+    }
+}
+
+/// Owns the movement of the fleet for ever.
+fn own(fleet: &FleetName) {
+    let _ownership = Ownership::claim(&Participant::join(fleet, "owner").unwrap()).unwrap();
     println!("ready");
     loop {
         std::thread::sleep(Duration::from_secs(1));
@@ -296,4 +310,32 @@ fn a_plugin_says_once_that_it_waits_for_an_engine() {
     kill_process(Pid::from_raw(child.id() as i32).unwrap(), Signal::TERM).unwrap();
     assert_eq!(lines.next(), None);
     assert!(child.wait().unwrap().success());
+}
+
+/// Sends a command that moves a robot, and returns the authority that the producer gives it.
+fn authority(producer: &mut ProducerPorts, commands: &mut Commands) -> Option<Authority> {
+    commands.cancel(0);
+    commands.send().unwrap();
+    let mut found = None;
+    producer.take_commands(|_, authority, _| found = Some(authority)).unwrap();
+    found
+}
+
+#[test]
+fn ownership_ends_when_its_process_is_killed() {
+    let fleet = fleet();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
+    // Opened before: it doesn't clean up after the owner.
+    let mut commands = Commands::open(&fleet).unwrap();
+    let mut owner = Role::start("owner", &fleet);
+    owner.wait_for("ready", || {});
+    let found = authority(&mut producer, &mut commands);
+    assert_eq!(found, Some(Authority::WithoutMovement));
+    owner.kill();
+    let start = Instant::now();
+    while authority(&mut producer, &mut commands) != Some(Authority::Full) {
+        assert!(start.elapsed() < PATIENCE, "the owner is dead");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(producer.owner(), None);
 }

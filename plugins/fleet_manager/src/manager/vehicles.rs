@@ -47,7 +47,8 @@ impl Manager {
         Vehicle {
             robot: robot as u32,
             state: state.name(),
-            activity: self.activity(robot as u32).name(),
+            activity: Activity::of(state, Some(self.activity(robot as u32)))
+                .map_or(state.name(), Activity::name),
             node: self.last_node(robot as u32),
             edge: edge.map(|edge| self.steering.roads().edge(edge).id),
             position: vec2(columns.x[robot], columns.y[robot]),
@@ -67,7 +68,7 @@ impl Manager {
 }
 
 impl Manager {
-    /// The activity of a robot.
+    /// The activity of a robot, as far as its state doesn't say otherwise.
     pub fn activity(&self, robot: u32) -> Activity {
         self.activity_with(robot, self.order_of(robot))
     }
@@ -79,25 +80,25 @@ impl Manager {
     fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
         let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
         match self.progress.get(robot as usize) {
-            _ if self.steering.is_out_of_service(robot) => Activity::OutOfService,
             Some(Progress::Handling(_)) => Activity::Handling,
-            _ if state.is_held => Activity::Parked,
+            _ if state.is_held => Activity::Queued,
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             _ if self.charging.goal(robot).is_some() => Activity::Charging,
             _ => match order {
                 Some(order) if order.handled_stops > 0 => Activity::Carrying,
-                Some(_) => Activity::ToPick,
+                Some(_) => Activity::Fetching,
                 None => Activity::Idle,
             },
         }
     }
 
-    /// The activity of a robot, for figures.
-    pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
+    /// The activity of a robot in a state, for figures.
+    pub(crate) fn doing(&self, robot: u32, state: RobotState, speed: f32) -> Doing {
         let order = self.order_of(robot);
         let is_loaded = order.is_some_and(|order| order.handled_stops > 0);
         Doing {
-            activity: self.activity_with(robot, order),
+            activity: Activity::of(state, Some(self.activity_with(robot, order)))
+                .unwrap_or_default(),
             has_order: order.is_some(),
             is_loaded,
             speed,

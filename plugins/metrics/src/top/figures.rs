@@ -6,24 +6,14 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use regatta_plugin::activity::Activity;
+use regatta_plugin::frame::RobotState;
+
 use super::theme::section;
 use super::view::View;
 use super::{format, theme};
 use crate::snapshot::Run;
 use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
-
-/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted,
-/// turning, stalled, broken.
-const STATE_COLOURS: [Color; STATES] = [
-    theme::QUIET,
-    theme::GOOD,
-    theme::WAITING,
-    theme::WARNING,
-    theme::BAD,
-    theme::GOOD,
-    theme::WARNING,
-    theme::BAD,
-];
 
 /// The display order of the states, the most important first.
 const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4, 6, 7];
@@ -54,11 +44,17 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts
         let style = if count > 0 { Style::new() } else { theme::quiet() };
         lines.push(Line::from(vec![
             Span::styled(format!("{:<8}", STATE_NAMES[state]), theme::quiet()),
-            Span::styled(bar, theme::text(STATE_COLOURS[state])),
+            Span::styled(bar, theme::text(state_colour(state))),
             Span::styled(format!("  {:>digits$}", format::count(count)), style),
         ]));
     }
     frame.render_widget(Paragraph::new(lines), area);
+}
+
+/// Returns the colour of a state, by its number: that of its activity.
+fn state_colour(state: usize) -> Color {
+    let activity = Activity::of_state(RobotState::from_number(state as u8));
+    activity.map_or(theme::QUIET, theme::of_activity)
 }
 
 /// Formats a bar of that share of `width` columns. Shares above 0 are always visible.

@@ -1,16 +1,15 @@
 //! The current collisions, the edges at which robots wait the longest, and the processes.
 
 use ratatui::Frame;
-use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
-use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{
-    Cell, Paragraph, Row, Scrollbar, ScrollbarOrientation, ScrollbarState, Table, Wrap,
-};
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 
+use super::table::Column;
 use super::theme::section;
 use super::view::View;
-use super::{format, theme};
+use super::{format, table, theme};
 use crate::snapshot::{Jam, Process, Run, Snapshot};
 
 /// The largest width of a pair, in columns of text. A wide list shows several pairs side by side.
@@ -50,14 +49,22 @@ pub fn draw_collisions(
 }
 
 fn draw_column(frame: &mut Frame<'_>, area: Rect, pairs: &[ContactRecord], run: &Run) {
-    let header =
-        Row::new([left("level"), left("robots"), right("x, y (m)"), right("m/s"), right("since")]);
-    let widths = [8, 17, 17, 5, 7].map(Constraint::Max);
-    let rows = pairs.iter().take(area.height.into()).map(|pair| collision(pair, run));
-    frame.render_widget(
-        Table::new(rows, widths).header(header.style(theme::quiet())).flex(Flex::Start),
-        area,
-    );
+    let pairs = &pairs[..pairs.len().min(area.height.into())];
+    let robots = pairs.iter().map(|pair| format!("{} {}", pair.robots[0], pair.robots[1]).into());
+    let places = pairs.iter().map(|pair| format!("{:.1}, {:.1}", pair.x, pair.y).into());
+    let since = pairs.iter().map(|pair| {
+        let secs = run.sim_time.as_secs_f64() - pair.since_nanos as f64 * 1e-9;
+        format::seconds(secs.max(0.0)).into()
+    });
+    let speeds = pairs.iter().map(|pair| format!("{:.1}", pair.relative_speed).into());
+    let columns = vec![
+        Column::names("level", pairs.iter().map(level)),
+        Column::names("robots", robots),
+        Column::numbers("x, y (m)", places),
+        Column::numbers("since", since),
+        Column::numbers("m/s", speeds),
+    ];
+    table::draw(frame, area, columns);
 }
 
 /// Formats the numbers of pairs.
@@ -84,20 +91,13 @@ fn draw_scrollbar(frame: &mut Frame<'_>, area: Rect, scroll: usize, max_scroll: 
     }
 }
 
-fn collision(pair: &ContactRecord, run: &Run) -> Row<'static> {
+fn level(pair: &ContactRecord) -> Span<'static> {
     let (word, colour) = match ContactLevel::from_number(pair.level) {
         Some(ContactLevel::Touching) => ("touching", theme::BAD),
         Some(ContactLevel::Possible) => ("possible", theme::WARNING),
         None => ("unknown", theme::QUIET),
     };
-    let since = run.sim_time.as_secs_f64() - pair.since_nanos as f64 * 1e-9;
-    Row::new([
-        Cell::from(Span::styled(word, theme::text(colour))),
-        left(format!("{} {}", pair.robots[0], pair.robots[1])),
-        right(format!("{:.1}, {:.1}", pair.x, pair.y)),
-        right(format!("{:.1}", pair.relative_speed)),
-        right(format::seconds(since.max(0.0))),
-    ])
+    Span::styled(word, theme::text(colour))
 }
 
 /// Draws the edges at which robots waited the longest in the last ten minutes; `None` if no plugin
@@ -115,32 +115,26 @@ pub fn draw_jams(frame: &mut Frame<'_>, area: Rect, jams: Option<&[Jam]>) {
     if jams.is_empty() {
         return draw_hint(frame, area, "No robot has waited.");
     }
-    let header = Row::new([
-        left("edge"),
-        right("waited"),
-        right("robots/h"),
-        right("robots"),
-        right("speed"),
-    ]);
-    let widths = [16, 8, 8, 7, 6].map(Constraint::Max);
-    let table = Table::new(jams.iter().map(jam), widths)
-        .header(header.style(theme::quiet()))
-        .flex(Flex::Start);
-    frame.render_widget(table, area);
+    let figures = || jams.iter().map(|jam| &jam.figures);
+    let waited = figures().map(|edge| format::seconds(edge.waiting_secs.into()).into());
+    let entered = figures().map(|edge| format::count(edge.entered_per_hour.round() as u64).into());
+    let robots = figures().map(|edge| format!("{:.1}", edge.occupancy).into());
+    let speed = figures().map(|edge| format!("{:.0} %", 100.0 * edge.relative_speed).into());
+    let columns = vec![
+        Column::names("edge", jams.iter().map(edge_name)),
+        Column::numbers("waited", waited),
+        Column::numbers("robots/h", entered),
+        Column::numbers("robots", robots),
+        Column::numbers("speed", speed),
+    ];
+    table::draw(frame, area, columns);
 }
 
-fn jam(jam: &Jam) -> Row<'static> {
-    let name = match &*jam.name {
-        "" => jam.edge.to_string(),
-        name => format!("{} {name}", jam.edge),
-    };
-    Row::new([
-        left(name),
-        right(format::seconds(jam.figures.waiting_secs.into())),
-        right(format::count(jam.figures.entered_per_hour.round() as u64)),
-        right(format!("{:.1}", jam.figures.occupancy)),
-        right(format!("{:.0} %", 100.0 * jam.figures.relative_speed)),
-    ])
+fn edge_name(jam: &Jam) -> Span<'static> {
+    match &*jam.name {
+        "" => jam.edge.to_string().into(),
+        name => format!("{} {name}", jam.edge).into(),
+    }
 }
 
 /// Draws the processes of the fleet with their processor time and memory.
@@ -151,32 +145,23 @@ pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
     if let Some(error) = &view.process_error {
         return draw_hint(frame, area, error);
     }
-    let header =
-        Row::new([left("name"), right("pid"), right("cpu"), right("memory")]).style(theme::quiet());
-    let widths =
-        [Constraint::Fill(1), Constraint::Length(7), Constraint::Length(6), Constraint::Length(6)];
-    frame.render_widget(Table::new(processes.iter().map(process), widths).header(header), area);
+    let memory = processes.iter().map(|process| format::bytes(process.resident_bytes).into());
+    let columns = vec![
+        Column::names("name", processes.iter().map(|process| process.name.clone().into())),
+        Column::numbers("cpu", processes.iter().map(busy)),
+        Column::numbers("memory", memory),
+        Column::numbers("pid", processes.iter().map(|process| process.pid.to_string().into())),
+    ];
+    table::draw(frame, area, columns);
 }
 
-fn process(process: &Process) -> Row<'static> {
-    let busy = if process.stopped {
-        Text::styled("halted", theme::text(theme::BAD))
-    } else {
-        Text::from(format!("{:.0} %", 100.0 * process.cpu_cores))
-    };
-    let busy = Cell::from(busy.alignment(Alignment::Right));
-    let memory = format::bytes(process.resident_bytes);
-    Row::new([left(process.name.clone()), right(process.pid.to_string()), busy, right(memory)])
+fn busy(process: &Process) -> Span<'static> {
+    match process.stopped {
+        true => Span::styled("halted", theme::text(theme::BAD)),
+        false => format!("{:.0} %", 100.0 * process.cpu_cores).into(),
+    }
 }
 
 fn draw_hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
     frame.render_widget(Paragraph::new(text).style(theme::quiet()).wrap(Wrap { trim: true }), area);
-}
-
-fn left<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
-    Cell::from(text.into())
-}
-
-fn right<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
-    Cell::from(text.into().alignment(Alignment::Right))
 }

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Padding, Paragraph, Wrap};
 use regatta_plugin::frame::ClockState;
 
+use super::table::fitted;
 use super::view::View;
 use super::{figures, format, graphs, lists, theme, work};
 use crate::snapshot::Run;
@@ -41,12 +42,12 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
     let [head, body, foot] =
         Layout::vertical([Constraint::Length(1), Constraint::Min(0), Constraint::Length(1)])
             .areas(area);
-    frame.render_widget(head_line(view), head);
+    frame.render_widget(fitted(head_line(view), head.width), head);
     match view.snapshot.run {
         Some(run) => view.scroll = draw_run(frame, body, view, &run),
         None => draw_waiting(frame, body, view),
     }
-    frame.render_widget(foot_line(view), foot);
+    frame.render_widget(fitted(foot_line(view), foot.width), foot);
     if view.help {
         draw_help(frame, body);
     }

@@ -1,12 +1,14 @@
 //! The work of a fleet manager: robots by activity, and orders.
 
+use std::time::Duration;
+
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::Color;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use regatta_plugin::activity::Activity;
 
+use super::table::fitted;
 use super::theme::section;
 use super::{format, theme};
 use crate::snapshot::{OrderFigures, Work};
@@ -15,22 +17,39 @@ use crate::snapshot::{OrderFigures, Work};
 pub const HEIGHT: u16 = 4;
 
 /// The display order of the activities, the most important first.
-const ORDER: [Activity; Activity::ALL.len()] = [
+const ORDER: [Activity; Activity::COUNT] = [
     Activity::Carrying,
-    Activity::ToPick,
+    Activity::Fetching,
     Activity::Handling,
     Activity::Waiting,
-    Activity::Parked,
-    Activity::OutOfService,
+    Activity::Queued,
+    Activity::Driving,
+    Activity::Turning,
+    Activity::Broken,
+    Activity::Faulted,
+    Activity::Stalled,
+    Activity::Held,
     Activity::Charging,
     Activity::Idle,
 ];
 
 /// Draws the counts of orders, the robots of each activity that has any, and the times of orders.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
-    let area = section(frame, area, "orders", counts(&work.orders));
-    frame
-        .render_widget(Paragraph::new(vec![robots(work), times(&work.orders), effort(work)]), area);
+    let area = section(frame, area, title(&work.orders), counts(&work.orders));
+    let lines = [robots(work), times(&work.orders), effort(work)];
+    let lines = lines.map(|line| fitted(line, area.width));
+    frame.render_widget(Paragraph::new(lines.to_vec()), area);
+}
+
+/// The title of the section: it tells the time from which the orders are counted, unless it is the
+/// start of the run.
+fn title(orders: &OrderFigures) -> String {
+    match orders.since_secs {
+        Some(secs) => {
+            format!("orders since t {}", format::clock(Duration::from_secs_f64(secs.max(0.0))))
+        }
+        None => "orders".to_owned(),
+    }
 }
 
 /// Formats the numbers of orders. Those of failed and cancelled ones are shown only if there are
@@ -59,35 +78,29 @@ fn counts(orders: &OrderFigures) -> Line<'static> {
 
 /// Formats the numbers of robots, without activities of none.
 fn robots(work: &Work) -> Line<'static> {
-    let mut spans = Vec::new();
+    let mut line = Line::default();
     for activity in ORDER {
         let robots = work.robots[activity as usize];
         if robots > 0 {
             let text = format!("{} {}", format::count(robots), activity.name());
-            spans.push(Span::styled(text, theme::text(colour(activity))));
+            let mark = Span::styled("■", theme::text(theme::of_activity(activity)));
+            line.push_span(Span::raw(if line.spans.is_empty() { "" } else { "  " }));
+            line.spans.extend([mark, Span::raw(" "), Span::from(text)]);
         }
     }
-    separated(spans, "  ")
-}
-
-fn colour(activity: Activity) -> Color {
-    match activity {
-        Activity::ToPick | Activity::Carrying | Activity::Handling => theme::GOOD,
-        Activity::Waiting => theme::WAITING,
-        Activity::Parked => theme::WARNING,
-        Activity::OutOfService => theme::BAD,
-        Activity::Charging => theme::NEUTRAL,
-        Activity::Idle => theme::QUIET,
-    }
+    line
 }
 
 /// Formats the times of orders: mean, median, 99th percentile and longest.
 fn times(orders: &OrderFigures) -> Line<'static> {
     let mut spans = Vec::new();
-    for (name, times) in [("service ", orders.service), ("waiting ", orders.waiting)] {
+    for (name, times) in [("service ", orders.service), ("until assigned ", orders.waiting)] {
         let text = times.mean().map(|mean| {
             let values = [mean, times.p50, times.p99, times.longest].map(seconds);
-            format!("{} s", values.join(" "))
+            match values.iter().all(|value| value == "0.0") {
+                true => "none".to_owned(),
+                false => format!("{} s", values.join(" ")),
+            }
         });
         add_figure(&mut spans, name, text, "  ");
     }
@@ -148,10 +161,12 @@ mod tests {
 
     #[test]
     fn each_activity_is_shown_once_and_only_with_robots() {
-        let work = Work { robots: [1, 2, 3, 4, 5, 6, 7, 8], ..Work::default() };
+        let robots_by_activity = core::array::from_fn(|number| number as u64 + 1);
+        let work = Work { robots: robots_by_activity, ..Work::default() };
         let line = robots(&work).to_string();
         for (activity, robots) in Activity::ALL.into_iter().zip(1..) {
-            assert_eq!(line.matches(&format!("{robots} {}", activity.name())).count(), 1, "{line}");
+            let text = format!("■ {robots} {}", activity.name());
+            assert_eq!(line.matches(&text).count(), 1, "{line}");
         }
         assert_eq!(robots(&Work::default()).width(), 0);
     }
@@ -160,7 +175,7 @@ mod tests {
     fn unknown_figures_are_left_out() {
         let orders = OrderFigures::default();
         assert_eq!(counts(&orders).to_string(), "0 finished");
-        assert!(times(&orders).to_string().starts_with("service –  waiting –"));
+        assert!(times(&orders).to_string().starts_with("service –  until assigned –"));
         let orders = testing::work().orders;
         assert_eq!(
             counts(&orders).to_string(),
@@ -172,6 +187,8 @@ mod tests {
             "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
         );
         assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
-        assert!(times(&orders).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
+        assert!(
+            times(&orders).to_string().starts_with("service 61 55 120 300 s  until assigned 8.4 ")
+        );
     }
 }

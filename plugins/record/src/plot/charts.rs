@@ -3,6 +3,7 @@
 
 use glam::DVec2;
 use regatta_base::svg::Svg;
+use regatta_plugin::activity::{Activity, Ground};
 use regatta_plugin::frame::RobotState;
 
 use super::axis::{Scale, label, range};
@@ -60,17 +61,23 @@ const CHARTS: [Chart; 4] = [
     },
 ];
 
-/// The states in the order of the legend, with their colours.
-const STATES: [(RobotState, &str); RobotState::COUNT] = [
-    (RobotState::Idle, "#b8c2cc"),
-    (RobotState::Driving, "#8fc9b5"),
-    (RobotState::Turning, "#56b4e9"),
-    (RobotState::Waiting, "#f0e442"),
-    (RobotState::Held, "#e69f00"),
-    (RobotState::Stalled, "#cc79a7"),
-    (RobotState::Broken, "#7a1f1f"),
-    (RobotState::Faulted, "#d55e00"),
+/// The states in the order of the legend.
+const STATES: [RobotState; RobotState::COUNT] = [
+    RobotState::Idle,
+    RobotState::Driving,
+    RobotState::Turning,
+    RobotState::Waiting,
+    RobotState::Held,
+    RobotState::Stalled,
+    RobotState::Broken,
+    RobotState::Faulted,
 ];
+
+/// Returns the colour of a state: that of its activity.
+fn colour(state: RobotState) -> String {
+    let colour = Activity::of_state(state).map(|activity| activity.colour(Ground::Light));
+    format!("#{:06x}", colour.unwrap_or_default())
+}
 
 pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
     let (start, end) = track.span();
@@ -152,20 +159,20 @@ fn draw_states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
     for segment in &track.segments {
         for part in segment.chunk_by(|one, next| one.state == next.state) {
             let (left, right) = (times.at(part[0].time), times.at(part[part.len() - 1].time));
-            let state = STATES.iter().find(|(state, _)| *state as u8 == part[0].state);
-            if let Some((_, colour)) = state {
+            let state = STATES.into_iter().find(|state| *state as u8 == part[0].state);
+            if let Some(state) = state {
                 // At least two pixels wide, so that a short state is visible.
                 let right = right.max(left + 2.0).min(area.right);
-                Area { left, right, ..area }.rect(svg).fill(colour);
+                Area { left, right, ..area }.rect(svg).fill(colour(state));
             }
         }
     }
-    svg.text(DVec2::new(area.left, area.top - 9.0)).class("name").content("state");
-    let mut left = area.left + 48.0;
-    for (state, colour) in STATES {
+    svg.text(DVec2::new(area.left, area.top - 9.0)).class("name").content("activity");
+    let mut left = area.left + 60.0;
+    for state in STATES {
         if track.samples().any(|sample| sample.state == state as u8) {
             let (right, top, bottom) = (left + 10.0, area.top - 18.0, area.top - 8.0);
-            Area { left, right, top, bottom }.rect(svg).fill(colour);
+            Area { left, right, top, bottom }.rect(svg).fill(colour(state));
             svg.text(DVec2::new(left + 15.0, area.top - 9.0)).class("about").content(state.name());
             left += 28.0 + 7.5 * state.name().len() as f64;
         }

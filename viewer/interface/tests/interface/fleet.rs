@@ -259,19 +259,14 @@ fn the_panel_shows_the_rest_of_a_route() {
 #[test]
 fn the_panel_tells_a_robots_work() {
     let mut fixture = Fixture::new(5);
-    fixture.values = vec![
-        ("activity", 4.0),
-        ("battery", 74.6),
-        ("goal", 7.0),
-        ("load", 1.5),
-        ("waits-for", 3.0),
-    ];
+    fixture.values = vec![("battery", 74.6), ("goal", 7.0), ("load", 1.5), ("waits-for", 3.0)];
+    fixture.activities = vec![f32::from(regatta_plugin::activity::Activity::Queued as u8); 5];
     let next = Some(Stop { node: 8, action: StopAction::Pick });
     fixture.order = Some(RobotOrder { number: 312, stop: [1, 2], next, is_handling: false });
     let mut harness = harness(fixture);
     harness.state_mut().interface.select(Some(Item::Robot(1)));
     settle(&mut harness);
-    for text in ["waiting", "312", "to pick at node 8", "75 %", "1.500"] {
+    for text in ["queued", "312", "to pick at node 8", "75 %", "1.500"] {
         harness.get_by_label(text);
     }
     harness.get_by_label("robot 3").click();

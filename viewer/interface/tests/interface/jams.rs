@@ -187,7 +187,7 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     harness.get_by_label("since 12:34, when regatta plugin traffic began");
     harness.state_mut().jams.spots = [spot(40.0, 25.0), spot(7.0, 0.0)].into();
     settle(&mut harness);
-    harness.get_by_label("45 robot s lost");
+    harness.get_by_label("45 robot-seconds lost");
     harness.get_by_label("hot spot 1").click();
     harness.run_steps(120);
     is_between_the_panels(&harness, Vec2::new(40.0, 3.0));

@@ -140,6 +140,7 @@ impl Fixture {
             world: self.world.view(1, 1),
             labels: &self.labels,
             robot_type_column: None,
+            activity_column: None,
             contacts: self.contacts.as_ref().map(|header| Contacts {
                 header,
                 pairs: &self.pairs,

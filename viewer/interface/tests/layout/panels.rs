@@ -149,7 +149,7 @@ fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
             .filter(|(text, ..)| !text.galley.elided)
             .map(|(text, ..)| text.galley.text())
             .collect();
-        for text in ["state", "speed", "edge", "contact", "driving", "123456"] {
+        for text in ["activity", "speed", "edge", "contact", "driving", "123456"] {
             assert!(shown.contains(&text), "{size:?} at {scale}: {text} in {shown:?}");
         }
         for text in ["12.3", "touching"] {
@@ -162,11 +162,11 @@ fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
 fn the_arrow_of_the_command_touches_no_heading() {
     for (size, scale) in windows() {
         let mut harness = harness_of(size, scale, long_list);
-        for name in ["id", "state", "speed", "edge"] {
+        for name in ["id", "activity", "speed", "edge"] {
             harness.get_by_label(&format!("sort by {name}")).click();
             harness.run_steps(3);
             let headings: Vec<_> = texts(&harness).iter().map(|(_, place, _)| *place).collect();
-            let header = harness.get_by_label("sort by state").rect();
+            let header = harness.get_by_label("sort by activity").rect();
             let header = header
                 .with_min_x(0.0)
                 .with_max_x(harness.state().panel("left").expect("it is open").right());

@@ -71,6 +71,22 @@ fn categories_are_told_apart_with_any_colour_vision() {
 }
 
 #[test]
+fn activities_are_told_apart_from_heat_and_routes_with_any_colour_vision() {
+    for theme in [Theme::Dark, Theme::Light] {
+        for activity in Activity::ALL {
+            let colour = theme.activity_colour(activity);
+            let route = distance(colour, theme.colours().route);
+            assert!(route >= 12.0, "{theme:?}: {} and routes: {route:.1}", activity.name());
+            for heat in heat_ramp(theme) {
+                // A ramp passes between many colours, and robots have edges.
+                let heat = distance(colour, heat);
+                assert!(heat >= 7.0, "{theme:?}: {} and heat: {heat:.1}", activity.name());
+            }
+        }
+    }
+}
+
+#[test]
 fn lines_are_told_apart_with_any_colour_vision() {
     for theme in [Theme::Dark, Theme::Light] {
         let colours = theme.colours();

@@ -65,6 +65,7 @@ impl ViewerWindow {
             world: world.unwrap_or_default(),
             labels: &self.fleet_state.labels,
             robot_type_column: self.stage.feed.robot_type(),
+            activity_column: self.stage.feed.activity(),
             contacts: self.stage.feed.contacts(),
             legend: &legend,
             columns: &self.fleet_state.columns,
@@ -190,7 +191,7 @@ impl ViewerWindow {
             None => "the recording's file isn't known here; open it with: regatta viewer FILE"
                 .to_owned(),
             Some(recording) => match notes::append(recording, time, text) {
-                Ok(()) => format!("the note is in {}", notes::file_of(recording).display()),
+                Ok(()) => format!("the note was saved in {}", notes::file_of(recording).display()),
                 Err(error) => {
                     format!("can't write {}: {error}", notes::file_of(recording).display())
                 }

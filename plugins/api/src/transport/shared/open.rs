@@ -112,6 +112,22 @@ pub(super) fn event(
     })
 }
 
+/// Opens the event service whose one notifier is a claim.
+pub(super) fn claim(
+    participant: &Participant,
+    service: &str,
+) -> Result<event::PortFactory<Ipc>, OpenError> {
+    open(participant, service, MessagingPattern::Event, |builder, version| {
+        builder
+            .event()
+            .event_id_max_value(0)
+            .max_notifiers(1)
+            .max_listeners(1)
+            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
 /// The number of attempts to open a service, 50 ms apart: services come and go while other
 /// processes start and stop.
 const ATTEMPTS: usize = 10;

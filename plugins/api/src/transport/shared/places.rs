@@ -1,6 +1,7 @@
 //! The places at a service: a service has room for a fixed number of each kind of port. If none is
 //! free, the error names the processes that hold them.
 
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::NodeView;
 use iceoryx2::port::listener::ListenerCreateError;
 use iceoryx2::port::notifier::NotifierCreateError;
@@ -106,6 +107,19 @@ pub(super) fn participants(node: &Node<Ipc>, fleet: &FleetName) -> String {
         CallbackProgression::Continue
     });
     counted(names)
+}
+
+/// Returns the name under which a process has joined, and its number: `viewer (process 4711)`.
+pub(super) fn node_name(config: &Config, id: UniqueNodeId) -> Option<String> {
+    let state = Node::<Ipc>::state_of(config, id).ok().flatten()?;
+    let name = participant_name(&state);
+    Some(match state {
+        NodeState::Alive(view) => {
+            let details = view.details().as_ref()?;
+            format!("{name} (process {})", details.process_id().value())
+        }
+        _ => name,
+    })
 }
 
 /// Returns the name under which a process has joined.

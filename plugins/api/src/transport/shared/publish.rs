@@ -4,6 +4,7 @@ use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use std::collections::HashMap;
 
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::publisher::{Publisher as Port, PublisherCreateError};
 use iceoryx2::port::subscriber::Subscriber as ReceivingPort;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -253,6 +254,18 @@ impl<T: Record, H: Header> Subscriber<T, H> {
 
     pub(crate) fn receive(&self) -> Result<Option<Sample<T, H>>, ReadError> {
         received(self.what, || self.port.receive())
+    }
+
+    /// The process that has sent a sample; `None` if it has closed its port since.
+    pub(crate) fn sender(&self, sample: &Sample<T, H>) -> Option<UniqueNodeId> {
+        let mut sender = None;
+        self.service.dynamic_config().list_publishers(|details| {
+            if details.publisher_id == sample.origin() {
+                sender = Some(details.node_id);
+            }
+            CallbackProgression::Continue
+        });
+        sender
     }
 
     pub(crate) fn has_samples(&self) -> Result<bool, ReadError> {

@@ -553,7 +553,7 @@ fn the_document_describes_each_path_with_its_answers() {
     let order = &components["schemas"]["TransportOrder"]["properties"];
     assert_eq!(order["state"]["enum"], json!(State::NAMES));
     let vehicle = &components["schemas"]["Vehicle"]["properties"];
-    assert_eq!(vehicle["activity"]["enum"][1], json!("to pick"));
+    assert_eq!(vehicle["activity"]["enum"][1], json!("fetching"));
     assert_eq!(vehicle["position"]["maxItems"], json!(2));
 }
 

@@ -1,6 +1,11 @@
+use std::collections::BTreeSet;
+
 use proptest::prelude::*;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use regatta_plugin::activity::Activity;
+use regatta_plugin::contact::ContactRecord;
+use regatta_plugin::frame::RobotState;
 
 use super::*;
 use crate::durations::{DurationRecorder, DurationStats};
@@ -82,13 +87,10 @@ fn everything_is_visible_at_80_by_24() {
         &[
             "orders",
             "58 open, 4,321 finished, 450 an hour",
-            "614 carrying  201 to pick  30 handling  90 waiting",
+            "■ 614 carrying  ■ 201 fetching  ■ 30 handling  ■ 90 waiting",
         ],
     );
-    shows(
-        &screen,
-        &["service 61 55 120 300 s", "waiting 8.4 6.0 40 96 s", "(mean, p50, p99, longest)"],
-    );
+    shows(&screen, &["service 61 55 120 300 s", "until assigned 8.4 6.0 40 96 s"]);
     shows(&screen, &["processes", "engine", "4000000", "12 %", "34 MB", "metrics"]);
     shows(&screen, &["space pause", "q quit"]);
 }
@@ -131,7 +133,7 @@ fn missing_parts_are_reported_with_advice() {
 fn without_a_manager_the_collisions_have_its_room() {
     let snapshot = Snapshot { work: None, ..testing::snapshot() };
     let screen = drawn(&mut view(snapshot), 80, 24);
-    assert!(!screen.contains("orders") && !screen.contains("waiting 8.4"), "{screen}");
+    assert!(!screen.contains("orders") && !screen.contains("until assigned 8.4"), "{screen}");
     shows(&screen, &["5 10005"]);
 }
 
@@ -169,4 +171,56 @@ fn edges_with_jams_replace_the_collisions() {
     shows(&drawn(&mut view, 80, 24), &["No robot has waited."]);
     view.snapshot.jams = None;
     shows(&drawn(&mut view, 120, 24), &["start `regatta plugin traffic`"]);
+}
+
+/// The numbers on a screen.
+fn numbers(screen: &str) -> BTreeSet<String> {
+    let parts = screen.split(|c: char| !(c.is_ascii_digit() || ".,:-".contains(c)));
+    let numbers = parts.map(|part| part.trim_matches(|c| ".,:-".contains(c)).to_owned());
+    numbers.filter(|part| part.len() > 1).collect()
+}
+
+/// Returns a snapshot of long numbers.
+fn of_long_numbers() -> Snapshot {
+    let mut snapshot = testing::snapshot();
+    let pairs: Vec<_> = (0..9)
+        .map(|number| ContactRecord {
+            robots: [1_000_014 + number, 1_000_814 + number],
+            x: 14_214.2 + number as f32,
+            y: -12_345.6 - number as f32,
+            relative_speed: 14.2,
+            ..snapshot.collisions.list[0]
+        })
+        .collect();
+    snapshot.collisions.list = pairs.into();
+    for (number, process) in snapshot.processes.iter_mut().enumerate() {
+        process.name = format!("a-plugin-with-a-long-name-{number}");
+        process.resident_bytes = 14_200_000_000;
+        process.cpu_cores = 14.2;
+    }
+    if let Some(work) = &mut snapshot.work {
+        work.robots = [142_857; Activity::COUNT];
+        work.orders.finished = 14_285_714;
+        work.orders.since_secs = Some(14_285.7);
+        let times = [&mut work.orders.service, &mut work.orders.waiting];
+        for time in times {
+            (time.p50, time.p99, time.longest) = (14_285.0, 142_857.0, 1_428_571.0);
+        }
+    }
+    if let Some(run) = &mut snapshot.run {
+        (run.tick, run.late_ticks) = (14_285_714_285, 1_428_571);
+        run.state_counts.by_state = [1_428_571; RobotState::COUNT];
+    }
+    snapshot
+}
+
+#[test]
+fn no_number_is_cut() {
+    let whole = numbers(&drawn(&mut view(of_long_numbers()), 400, 100));
+    assert!(whole.contains("14214.2") && whole.contains("1,428,571"), "{whole:?}");
+    for (width, height) in [(80, 24), (100, 30), (160, 50)] {
+        let screen = drawn(&mut view(of_long_numbers()), width, height);
+        let cut: Vec<_> = numbers(&screen).difference(&whole).cloned().collect();
+        assert!(cut.is_empty(), "{cut:?} at {width} × {height}:\n{screen}");
+    }
 }

@@ -24,7 +24,7 @@ pub(super) const EVENTS: [&str; 17] = [
 ];
 
 /// The names of the reasons of refusals, by number.
-pub(super) const REFUSALS: [&str; 14] = [
+pub(super) const REFUSALS: [&str; 15] = [
     "none",
     "unknown_robot",
     "unknown_edge",
@@ -39,6 +39,7 @@ pub(super) const REFUSALS: [&str; 14] = [
     "not_steerable",
     "not_ahead",
     "edge_is_closed",
+    "not_owner",
 ];
 
 /// The names of commands, by number.

@@ -1,0 +1,15 @@
+//! The words of the interface stand in `docs/glossary.md`.
+
+use regatta_plugin::activity::{Activity, Ground};
+
+const GLOSSARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/glossary.md");
+
+#[test]
+fn the_glossary_has_every_activity_with_its_colours() {
+    let glossary = std::fs::read_to_string(GLOSSARY).expect("the glossary");
+    for activity in Activity::ALL {
+        let [dark, light] = [Ground::Dark, Ground::Light].map(|ground| activity.colour(ground));
+        let row = format!("| {} | `#{dark:06x}` | `#{light:06x}` |", activity.name());
+        assert!(glossary.contains(&row), "no row begins with {row}");
+    }
+}
