@@ -318,6 +318,11 @@ impl Judged {
     }
 }
 
+/// Tells an error without the path of a job's scenario, which is of a temporary file.
+fn of_scenario(error: &Failure, path: &Path) -> Failure {
+    error.to_string().replace(&path.display().to_string(), "the scenario of the run").into()
+}
+
 /// Does a job in this process. `words` are arguments of the manager.
 fn run_in_process(
     job: &Job,
@@ -334,7 +339,8 @@ fn run_in_process(
     manager.extend([OsString::from("--load"), path.clone().into()]);
     manager.extend((!is_judged(job)).then(|| "--no-conflicts".into()));
     let manager = regatta_fleet_manager::Cli::try_parse_from(manager)?;
-    let manager = regatta_fleet_manager::plugin(manager).map_err(plugin_failure)?;
+    let manager = regatta_fleet_manager::plugin(manager)
+        .map_err(|error| of_scenario(&plugin_failure(error), &path))?;
     let mut observers = Observers::new(is_judged(job));
     let mut run = Run::new(Scenario::read(&path, &Overrides::default())?)
         .digested()

@@ -241,7 +241,7 @@ impl VariantAnswer {
         });
         Self {
             name: variant.name.clone(),
-            load: variant.load.clone(),
+            load: variant.load_in_words(),
             left_out: variant.left_out.clone(),
             is_load_made_up: variant.is_load_made_up(),
             other_stops: variant.other_stops.clone(),

@@ -155,3 +155,22 @@ fn an_order_without_a_way_is_a_finding_and_a_node_is_found_by_another_name() {
     assert_eq!(lost.status.code(), Some(1), "{}", text(&lost));
     assert!(text(&lost).contains("1 unroutable"), "{}", text(&lost));
 }
+
+#[test]
+fn a_robot_leaves_a_node_to_which_no_edge_leads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    write("plant.yaml", STATION);
+    write("orders.yaml", "orders:\n- {name: a, stops: [{at: 2}, {at: 1}]}\n");
+    write(
+        "scenario.yaml",
+        "graph: plant.yaml\nviewer: off\nrobots: [{node: island}]\n\
+         plugins: [{name: fleet-manager, args: [--orders, orders.yaml]}, validator]\n",
+    );
+    let args = ["run", "scenario.yaml", "--trust", "--in-process", "--simulated", "5min"];
+    let run = Process::start(regatta().current_dir(folder.path()).args(args)).finish();
+    assert!(run.status.success(), "{}", text(&run));
+    assert!(text(&run).contains("1 finished"), "{}", text(&run));
+}

@@ -1,5 +1,7 @@
 //! Warnings about the places where robots start, from which they can't work or go on.
 
+use regatta_base::graph::CRAWL;
+use regatta_base::rows::Rows;
 use regatta_layout::model::components::Components;
 use regatta_layout::{Gear, Node, NodeIndex, RouteGraph};
 
@@ -22,7 +24,7 @@ pub(super) fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<Stri
     ))
 }
 
-/// Returns a warning if robots wait for commands outside of the layout's main part.
+/// Returns a warning if robots wait for commands where no way leads to the layout's main part.
 pub(super) fn cut_off(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
     groups.iter().find(|group| matches!(group.start, Start::Node(_)))?;
     let components = Components::strong(graph);
@@ -30,11 +32,12 @@ pub(super) fn cut_off(groups: &[RobotGroup], graph: &RouteGraph) -> Option<Strin
     if components.sizes.iter().all(|nodes| *nodes == 1) {
         return None;
     }
+    let can_reach = can_reach(graph, &components, main);
     let mut names = Vec::new();
     let mut robot = 0;
     for group in groups {
         if let Start::Node(node) = group.start
-            && components.of_node[node.0 as usize] != main
+            && !can_reach[node.0 as usize]
         {
             names.extend((robot..robot + group.count).map(|robot| (robot, node)));
         }
@@ -59,6 +62,27 @@ pub(super) fn cut_off(groups: &[RobotGroup], graph: &RouteGraph) -> Option<Strin
          connect the roads (`regatta graph check --traffic` shows the parts)",
         named.join(", ")
     ))
+}
+
+/// Returns by node whether a way leads from there to a component.
+fn can_reach(graph: &RouteGraph, components: &Components, goal: u32) -> Vec<bool> {
+    let nodes = (0..graph.nodes().len() as u32).map(NodeIndex);
+    let legs = nodes.flat_map(|node| {
+        let legs = graph.departures(node).iter();
+        legs.filter(|leg| graph.leg_speed(**leg) >= Some(CRAWL))
+            .map(move |leg| (graph.leg_end(*leg).0, node.0))
+    });
+    let before = Rows::new(graph.nodes().len(), legs.collect());
+    let mut can_reach: Vec<bool> = components.of_node.iter().map(|part| *part == goal).collect();
+    let mut open: Vec<u32> = (0..).zip(&can_reach).filter(|(_, is)| **is).map(|(n, _)| n).collect();
+    while let Some(node) = open.pop() {
+        for &start in before.row(node) {
+            if !std::mem::replace(&mut can_reach[start as usize], true) {
+                open.push(start);
+            }
+        }
+    }
+    can_reach
 }
 
 fn label(node: &Node) -> String {

@@ -353,17 +353,19 @@ fn routes_name_edges() {
     assert!(message.contains("no edge with the id or the name 'inn'; did you mean 'in'?"));
 }
 
-/// A ring of two nodes, a dead end, and an island.
+/// A ring of two nodes, a dead end, an island, and a node from which a way leads to the ring.
 const PARTS: &str = "
 Vertices:
 - {Id: 1, X: 0, Y: 0, Theta: 0}
 - {Id: 2, X: 5, Y: 0, Theta: 0}
 - {Id: 3, X: 9, Y: 0, Theta: 0, Name: dock}
 - {Id: 4, X: 0, Y: 50, Theta: 0}
+- {Id: 5, X: 0, Y: 5, Theta: 0}
 Edges:
 - {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
 - {Id: 2, Origin_ID: 2, Destination_ID: 1, CurveType: linear, VelocityForward: 1}
 - {Id: 3, Origin_ID: 2, Destination_ID: 3, CurveType: linear, VelocityForward: 1}
+- {Id: 4, Origin_ID: 5, Destination_ID: 1, CurveType: linear, VelocityForward: 1}
 ";
 
 #[test]
@@ -378,7 +380,7 @@ fn robots_that_start_where_they_cannot_work_are_named() {
             .into_iter()
             .find(|warning| warning.contains("outside of the layout's main part"))
     };
-    for robots in ["{node: 1}", "{count: 2, routes: none}", "{route: [3]}"] {
+    for robots in ["{node: 1}", "{node: 5}", "{count: 2, routes: none}", "{route: [3]}"] {
         assert_eq!(cut_off(robots), None, "{robots}");
     }
     let told = cut_off("{node: 2}, {count: 2, node: dock}, {node: 4}").expect("a warning");

@@ -89,7 +89,8 @@ pub enum EngineError {
     /// The route graph has too few places for robots that stand.
     #[error(
         "{fit} of {wanted} robots fit where they wait for commands (ends of edges of the layout's \
-         main part, 0.1 m from each other); use fewer, or a larger graph"
+         main part, 0.1 m from each other, and no more in a zone than it holds); use fewer, or a \
+         larger graph"
     )]
     NoRoom {
         /// The requested number of robots.

@@ -189,7 +189,8 @@ impl PlannerKind {
     /// Makes the planner that suits some roads and a number of robots.
     fn suited(roads: &Roads, robots: usize) -> (Box<dyn Planner>, Settings) {
         if two_way_share(roads) < LEAST_TWO_WAY {
-            let crowds = robots as f32 > roads.nodes() as f32 * CROWDED && has_short_blocks(roads);
+            let is_crowded = robots > 1 && robots as f32 > roads.nodes() as f32 * CROWDED;
+            let crowds = is_crowded && has_short_blocks(roads);
             return if crowds { Self::Pibt } else { Self::Lanes }.planner(roads, robots);
         }
         if robots > MOST_COMMITTED {

@@ -291,6 +291,7 @@ impl Steering {
         state.route = RouteState::Planned;
         state.blocked_by = None;
         state.horizon = VecDeque::from(legs.clone());
+        let legs: Vec<Leg> = state.unentered.into_iter().chain(legs).collect();
         if !legs.is_empty() {
             self.commands.push(Command::Route { robot, legs });
         }

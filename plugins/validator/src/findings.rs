@@ -50,7 +50,7 @@ pub enum Kind {
     DoneTwice,
     /// An order wasn't finished for a long time.
     Unserved,
-    /// No way of the layout leads to the stops of an order.
+    /// No way of the layout leads a robot to the stops of an order from where robots are.
     Unroutable,
     /// A robot did nothing for a long time while orders waited.
     Idle,

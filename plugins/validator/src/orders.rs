@@ -143,7 +143,7 @@ impl Orders {
             OrderKind::Finished => self.finish(check),
             OrderKind::Failed | OrderKind::Cancelled => self.close(number),
             OrderKind::Unroutable if check.record.obstacle() == Obstacle::NoWay => {
-                check.report(Kind::Unroutable, "no way leads to its stops");
+                check.report(Kind::Unroutable, "no way leads a robot to its stops");
             }
             OrderKind::Unroutable | OrderKind::Reopened => {}
         }

@@ -245,16 +245,17 @@ fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
 /// A difference with its interval, and a remark if it may be chance.
 fn in_words(difference: &Difference) -> String {
     let Difference { base, more_orders_per_hour, .. } = difference;
-    let percent = if *base > 0.0 { 100.0 * more_orders_per_hour.mean / base } else { 0.0 };
+    let percent = match *base > 0.0 {
+        true => format!(" ({:+.1} %", 100.0 * more_orders_per_hour.mean / base),
+        // There is no part of nothing.
+        false => " (from none".to_owned(),
+    };
     let half_width = match more_orders_per_hour.half_width {
         Some(half_width) => format!(" ± {half_width:.0}"),
         None => String::new(),
     };
     let chance = if difference.is_clear() { "" } else { ", within chance" };
-    format!(
-        "{:+.0}{half_width} orders an hour ({percent:+.1} %{chance})",
-        more_orders_per_hour.mean
-    )
+    format!("{:+.0}{half_width} orders an hour{percent}{chance})", more_orders_per_hour.mean)
 }
 
 fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {

@@ -133,6 +133,15 @@ impl Variant {
         self.is_load_made_up
     }
 
+    /// Returns the load in words, with the time at stops if a load was made up without one.
+    pub fn load_in_words(&self) -> String {
+        let has_dwell = self.setup.load.as_ref().is_some_and(|load| load.dwell.is_some());
+        if !self.is_load_made_up || has_dwell {
+            return self.load.clone();
+        }
+        format!("{}; robots spend no time at stops (`--vary dwell=SECONDS` gives one)", self.load)
+    }
+
     /// Returns the largest speed of the robot types, in metres per second; infinite if a type has
     /// no limit.
     pub fn max_speed(&self) -> f64 {
@@ -172,15 +181,18 @@ impl Variant {
 
     /// Returns the job of a run. `layout` is the name of the layout's file.
     pub fn job(&self, layout: &str, robots: u32, seed: u64, time: RunTime, program: &str) -> Job {
-        let mut setup = self.setup.clone();
+        let (mut setup, groups) = (self.setup.clone(), self.groups(robots));
         setup.load.get_or_insert_default().seed = Some(seed);
-        let scenario = RunScenario {
-            graph: layout.to_owned(),
-            rate: time.rate_hz,
-            seed,
-            robots: self.groups(robots),
-            setup,
-        };
+        if let Some(types) = &mut setup.robot_types {
+            // A manager keeps room for the largest type that it knows.
+            let first = types.first().map(|kind| kind.name.clone());
+            types.retain(|kind| {
+                let mut used = groups.iter().map(|group| group.robot_type.as_ref());
+                used.any(|name| name.or(first.as_ref()) == Some(&kind.name))
+            });
+        }
+        let (graph, rate) = (layout.to_owned(), time.rate_hz);
+        let scenario = RunScenario { graph, rate, seed, robots: groups, setup };
         Job {
             program: program.to_owned(),
             scenario,

@@ -1,6 +1,7 @@
 //! Warns about suspicious parts of a valid graph: headings that jump, nodes that can't be reached
 //! or left, handles that look swapped.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use regatta_base::graph::{Gear, Leg, NodeIndex, SMOOTH_TURN};
@@ -9,7 +10,7 @@ use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
 use crate::model::finding::{FindingKind, Report, Severity, Subject};
 use crate::model::raw::{RawCurve, RawGraph};
-use crate::model::route_graph::{RouteGraph, legs};
+use crate::model::route_graph::{Edge, RouteGraph, legs};
 use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::Orientation;
 use crate::model::value::{duration, plural, shorten};
@@ -33,6 +34,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     warn_of_reverse_zero(graph, raw, report);
     warn_of_corners(graph, raw, report);
     warn_of_crawling(graph, raw, report);
+    warn_of_copies(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     linter.warn_of_jumps();
     linter.warn_of_dead_ends();
@@ -129,6 +131,39 @@ fn warn_of_crawling(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>)
         duration(seconds)
     );
     raw.edges[leg.edge.0 as usize].report(Severity::Warning, &message, report);
+}
+
+/// Warns of edges that are the same road as an earlier one: robots on them are in each other's way.
+fn warn_of_copies(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
+    let mut by_ends: BTreeMap<_, Vec<&Edge>> = BTreeMap::new();
+    let mut copies = Vec::new();
+    for (edge, raw) in graph.edges().iter().zip(&raw.edges) {
+        let earlier = by_ends.entry((edge.origin, edge.destination)).or_default();
+        let same = earlier.iter().find(|other| {
+            other.path == edge.path
+                && other.orientation == edge.orientation
+                && level(other) == level(edge)
+        });
+        if let Some(other) = same {
+            copies.push((raw, other.id));
+        } else {
+            earlier.push(edge);
+        }
+    }
+    let Some((first, other)) = copies.first() else { return };
+    let others = match copies.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and so for {})", plural(more, "more edge")),
+    };
+    let message = format!(
+        "it is the same road as edge {other}{others}: robots on both are in each other's way; \
+         remove it, as `--fix` of `regatta graph convert` does"
+    );
+    first.report(Severity::Warning, &message, report);
+}
+
+fn level(edge: &Edge) -> Option<&str> {
+    edge.tags.as_ref()?.level.as_deref()
 }
 
 /// Reports the warnings about single nodes.

@@ -54,4 +54,11 @@ fn one_way_streets_get_lanes_unless_robots_crowd_short_blocks() {
     assert!(chosen(&long, 20).contains("planner: Lanes"));
     assert!(chosen(&short, 3).contains("planner: Lanes"));
     assert!(chosen(&short, 20).contains("planner: Pibt"));
+    let triangle = worlds::straight(
+        &[[0.0, 0.0], [1.0, 0.0], [0.5, 0.9]],
+        &[[0, 1], [1, 2], [2, 0]],
+        [0.9, 0.6],
+        Orientation::Tangential,
+    );
+    assert!(chosen(&triangle, 1).contains("planner: Lanes"), "a lone robot is no crowd");
 }

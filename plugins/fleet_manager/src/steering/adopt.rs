@@ -79,6 +79,7 @@ impl Steering {
         let Some((mut leg, mut place)) = self.locate(seen) else { return };
         let Some(state) = &mut self.robots[robot as usize] else { return };
         state.custody = Custody::Steered;
+        state.unentered = (seen.edge.is_none() && place == 0.0).then_some(leg);
         let edge = self.roads.edge(leg.edge());
         if state.is_backing && place < edge.length && edge.reverse_speed > 0.0 {
             (leg, place) = (Leg::new(leg.edge(), true), edge.length - place);

@@ -123,6 +123,7 @@ impl Steering {
         if let Some(state) = &mut self.robots[robot as usize] {
             state.is_fresh = false;
             state.blocked_by = None;
+            state.unentered = None;
         }
         self.counts.grants += 1;
         if let Some(Stretch { leg: Some(leg), to, .. }) = extension.stretches.last().copied() {

@@ -137,6 +137,9 @@ pub struct Robot {
     pub(crate) sent: f64,
     /// Whether it is taken to drive in reverse gear if it is taken over on an edge.
     pub(crate) is_backing: bool,
+    /// The leg at whose beginning it counts as standing, since it is on a node to which no edge
+    /// leads. Its first route has to begin with that leg.
+    pub(crate) unentered: Option<Leg>,
     /// Whether it hasn't driven since it was sent to its goal.
     pub(crate) is_fresh: bool,
     /// The blocker of a standing robot, and the version of its claim. Until the version changes,
@@ -163,6 +166,7 @@ impl Robot {
             sent: now,
             is_fresh: true,
             is_backing: false,
+            unentered: None,
             planned: now,
         }
     }

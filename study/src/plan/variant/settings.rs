@@ -15,6 +15,8 @@ use crate::plan::{PlanError, Setting};
 /// The time to repair if the scenario says none, in seconds.
 const REPAIR_SECS: f64 = 300.0;
 
+/// The planner of a bound.
+const LANES: &str = "lanes";
 /// A dwell time in seconds.
 #[derive(Deserialize)]
 #[serde(untagged)]
@@ -163,11 +165,7 @@ impl Variant {
                 "only the fleet manager has planners",
             ));
         };
-        // It replaces the scenario's own.
-        if let Some(index) = args.iter().position(|arg| arg == PLANNER) {
-            args.drain(index..(index + 2).min(args.len()));
-        }
-        args.extend([PLANNER.to_owned(), name.to_owned()]);
+        replace_planner(args, name);
         Ok(())
     }
 
@@ -186,14 +184,16 @@ impl Variant {
         Ok(())
     }
 
-    /// Returns the bound: the variant in which robots drive through each other, with the fleet
-    /// manager as their manager.
+    /// Returns the bound: the variant in which robots drive through each other on the fastest ways,
+    /// with the fleet manager as their manager. Other planners than `lanes` keep robots apart by
+    /// rules of their own, so that robots would wait.
     #[must_use]
     pub fn bound(self) -> Self {
-        let args = match self.manager {
+        let mut args = match self.manager {
             Manager::BuiltIn(args) | Manager::Bound(args) => args,
             Manager::Command(_) => vec![IN_TURN.to_owned()],
         };
+        replace_planner(&mut args, LANES);
         Self { manager: Manager::Bound(args), ..self }
     }
 }
@@ -222,4 +222,12 @@ fn text(setting: Setting, value: &Value) -> Result<&str, PlanError> {
     value
         .as_str()
         .ok_or_else(|| PlanError::setting(setting, format!("invalid value {value}: give a text")))
+}
+
+/// Gives a fleet manager a planner instead of the one that it has.
+fn replace_planner(args: &mut Vec<String>, name: &str) {
+    if let Some(index) = args.iter().position(|arg| arg == PLANNER) {
+        args.drain(index..(index + 2).min(args.len()));
+    }
+    args.extend([PLANNER.to_owned(), name.to_owned()]);
 }

@@ -347,6 +347,16 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
 }
 
 #[test]
+fn an_edge_for_another_vehicle_type_is_told() {
+    let nodes = [node("1", 0.0, 0.0, ""), node("2", 10.0, 0.0, "")];
+    let edges = [edge("1", ["1", "2"], ""), edge("2", ["2", "1"], "").replace("\"A\"", "\"B\"")];
+    let (graph, findings) = read(&file(&[layout("\"layoutId\": \"L\"", &nodes, &edges)]));
+    let messages = messages(&findings);
+    assert_eq!(graph.edges().len(), 2);
+    assert!(messages.contains("not for the vehicle type `A`, but read all the same"), "{messages}");
+}
+
+#[test]
 fn actions_on_an_edge_are_those_of_its_end() {
     let (graph, _) =
         read(&one_edge(r#", "actions": [{"actionType": "Pick", "blockingType": "HARD"}]"#));

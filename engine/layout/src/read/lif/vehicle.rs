@@ -73,6 +73,17 @@ impl<'a> Vehicles<'a> {
         if let (None, [first, _, ..]) = (self.wanted, list.as_slice()) {
             self.note_differences(&list, context.at(first), context);
         }
+        if let (None, None, Some(raw), Some(first)) =
+            (self.wanted, index, list.first(), &self.first)
+            && types.iter().any(|names| !names.is_empty())
+        {
+            let message = format!(
+                "not for the vehicle type `{}`, but read all the same, as if for all types; choose \
+                 a type with --vehicle-type",
+                shorten(first)
+            );
+            context.note(context.at(raw), message);
+        }
         let names = types.iter().flatten().map(String::as_str).collect::<Vec<_>>().join(", ");
         let choice = match index {
             _ if objects.is_empty() => Choice::Empty,
