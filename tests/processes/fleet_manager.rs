@@ -277,8 +277,8 @@ fn a_manager_owns_the_movement_of_its_fleet_until_it_is_killed() {
     eventually("the manager owns the fleet", || {
         (status(&fleet)?["owner"] == owner.as_str()).then_some(())
     });
-    let node = ["assign", "0", "0"];
-    for args in [&node[..], &["cancel", "0"], &["release", "0", "0", "inf"]] {
+    let node = ["assign", "0", "1"];
+    for args in [&node[..], &["cancel", "0"], &["release", "0", "1", "inf"]] {
         let output = command(&fleet, args);
         assert_eq!(output.status.code(), Some(1), "{args:?}");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();

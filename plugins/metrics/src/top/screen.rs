@@ -47,7 +47,10 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
         Some(run) => view.scroll = draw_run(frame, body, view, &run),
         None => draw_waiting(frame, body, view),
     }
-    frame.render_widget(fitted(foot_line(view), foot.width), foot);
+    // Of a long outcome, the beginning is worth more than nothing.
+    let line = foot_line(view);
+    let line = if view.outcome.is_some() { line } else { fitted(line, foot.width) };
+    frame.render_widget(line, foot);
     if view.help {
         draw_help(frame, body);
     }

@@ -264,7 +264,7 @@ fn the_panel_tells_a_robots_work() {
     let next = Some(Stop { node: 8, action: StopAction::Pick });
     fixture.order = Some(RobotOrder { number: 312, stop: [1, 2], next, is_handling: false });
     let mut harness = harness(fixture);
-    harness.state_mut().interface.select(Some(Item::Robot(1)));
+    harness.state_mut().interface.select(Some(Item::Robot(0)));
     settle(&mut harness);
     for text in ["queued", "312", "to pick at node 8", "75 %", "1.500"] {
         harness.get_by_label(text);
