@@ -83,10 +83,10 @@ fn top_responds_to_keys_while_the_engine_is_stopped() {
     top.press("?");
     top.shows("pause or resume");
     top.shows("has not answered");
-    top.shows("halted");
     // Escape closes the help before it quits.
     top.press("\x1b");
     top.shows_that("no help", |screen| !screen.contains("pause or resume"));
+    top.shows("halted");
     fleet.engine.signal(Signal::CONT);
     top.press("q");
     assert_eq!(top.finish().code(), Some(0));
