@@ -152,6 +152,7 @@ def _readable(response: _contract.ControlResponse) -> ControlResponse:
         real_time_factor=response.real_time_factor,
         accepted=response.accepted != 0,
         reason=response.reason.decode(errors="replace"),
+        owner=response.owner.decode(errors="replace"),
     )
 
 
