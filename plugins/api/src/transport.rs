@@ -12,11 +12,11 @@ pub mod local;
 #[cfg(feature = "shared-memory")]
 pub(crate) mod shared;
 
+mod claim;
 #[cfg_attr(
     not(feature = "shared-memory"),
     allow(unused_variables, reason = "only shared memory has segments of a first size")
 )]
-mod claim;
 mod publish;
 mod request;
 mod wake;
