@@ -17,7 +17,7 @@ pub fn read(bytes: &[u8]) {
     }
     if repair_copy(&path, &copy, false).is_ok() {
         let told = info(&copy);
-        // What was lost may be all that there was of a fleet.
+        // The lost part may be all that there was of a fleet.
         assert!(matches!(told, Ok(_) | Err(ReadingError::NoFleet { .. })), "{told:?}");
     }
 }

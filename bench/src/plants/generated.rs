@@ -11,6 +11,8 @@ use super::manifest::{Kind, Source};
 
 /// The distance between two neighbouring nodes, in metres.
 const SPACING: f64 = 4.0;
+/// The width of the random offsets of a hall's nodes, in metres.
+const JITTER: f64 = 1.2;
 /// Of the nodes of a hall: one in so many is a station.
 const STATION_EVERY: usize = 5;
 /// Of the neighbours that the tree of a hall doesn't join: one in so many is joined, too.
@@ -213,10 +215,10 @@ fn hall(nodes: usize) -> Table {
     let (mut table, random) = (Table::default(), Random::new(nodes as u64));
     let columns = (nodes as f64).sqrt().ceil() as usize;
     for node in 0..nodes {
-        let jitter = |draw: u64| 1.2 * (random.part(node as u64).unit(draw) - 0.5);
+        let jitter = [1, 2].map(|draw| JITTER * (random.part(node as u64).unit(draw) - 0.5));
         let [column, row] = [node % columns, node / columns].map(|index| SPACING * index as f64);
         let is_station = node % STATION_EVERY == 0;
-        table.node([column + jitter(1), row + jitter(2)], is_station);
+        table.node([column + jitter[0], row + jitter[1]], is_station);
     }
     let mut part: Vec<usize> = (0..nodes).collect();
     for (order, [a, b]) in pairs(nodes, columns, random).into_iter().enumerate() {
