@@ -131,9 +131,11 @@ fn variants(
         let mut combined = Vec::new();
         for variant in &variants {
             for value in values {
-                let mut with = variant.clone().with(*setting, value, options)?;
                 let separator = if variant.name.is_empty() { "" } else { ", " };
-                with.name = format!("{}{separator}{}", variant.name, words(*setting, value));
+                let name = format!("{}{separator}{}", variant.name, words(*setting, value));
+                let with = variant.clone().with(*setting, value, options);
+                let mut with = with.map_err(|error| error.with_name(&name))?;
+                with.name = name;
                 combined.push(with);
             }
         }
@@ -152,15 +154,27 @@ fn variants(
         name_first(&mut variants, "as it is");
         variants.push(bound);
     }
-    let mut left_out = BTreeSet::new();
     for variant in &variants {
         variant.check(args.rate)?;
-        left_out.extend(variant.left_out.iter().map(|part| (&variant.file, part)));
     }
-    for (file, part) in left_out {
-        regatta_plugin::tell!("{}: warning: left out: {part}", file.display());
+    for warning in left_out(&variants) {
+        regatta_plugin::tell!("{warning}");
     }
     Ok(variants)
+}
+
+/// Returns a warning for each part of a layout that takes no part, with the variant's name if it
+/// takes part in another variant.
+fn left_out(variants: &[Variant]) -> BTreeSet<String> {
+    let mut warnings = BTreeSet::new();
+    for Variant { name, file, left_out, .. } in variants {
+        for part in left_out {
+            let is_general = variants.iter().all(|other| other.left_out.contains(part));
+            let with = if is_general { String::new() } else { format!(" with {name}") };
+            warnings.insert(format!("{}: warning: left out{with}: {part}", file.display()));
+        }
+    }
+    warnings
 }
 
 /// Names the first variant, unless it has a name.

@@ -85,6 +85,26 @@ pub enum PlanError {
         /// The reason.
         error: ScenarioError,
     },
+    /// With a setting's value, the plant or its load can't be used.
+    #[error("with {name}: {error}")]
+    With {
+        /// The variant's name.
+        name: String,
+        /// The reason.
+        error: Box<PlanError>,
+    },
+    /// All nodes that a part of the load names are cut off from the other roads.
+    #[error(
+        "{file}: load, {part}: all of its nodes are cut off from the other roads: connect them; \
+         `regatta graph check --traffic` shows more",
+        file = file.display()
+    )]
+    CutOff {
+        /// The layout or the scenario.
+        file: PathBuf,
+        /// The part of the load.
+        part: String,
+    },
     /// A setting doesn't fit the scenario, or its value is invalid.
     #[error("{setting}: {message}")]
     Setting {
@@ -107,6 +127,15 @@ pub enum PlanError {
 }
 
 impl PlanError {
+    /// Adds the name of the variant that has the error, unless the error names the setting.
+    #[must_use]
+    pub fn with_name(self, name: &str) -> Self {
+        match self {
+            Self::Setting { .. } => self,
+            error => Self::With { name: name.to_owned(), error: Box::new(error) },
+        }
+    }
+
     fn setting(setting: impl ToString, message: impl ToString) -> Self {
         Self::Setting { setting: setting.to_string(), message: message.to_string() }
     }

@@ -60,11 +60,15 @@ impl MadeUpLoad {
                 self.words()
             )),
             Self::Stations(_) => None,
-            Self::Nodes(_) if !whole.stations().is_empty() => Some(format!(
-                "robots can't drive between two stations; orders lead {} instead",
-                self.words()
-            )),
-            Self::Nodes(_) => None,
+            Self::Nodes(_) => {
+                let reason = match station_nodes(whole).len() {
+                    0 if is_without_stations(whole) => return None,
+                    0 => "all stations are chargers and parking places",
+                    1 => "there is one station for orders only",
+                    _ => "robots can't drive between two stations",
+                };
+                Some(format!("{reason}; orders lead {} instead", self.words()))
+            }
         }
     }
 
@@ -98,6 +102,11 @@ impl MadeUpLoad {
         text + "  endless: robots                     # as many open orders as there are robots\n  \
                 dwell: {min: 5, max: 15}            # seconds at each stop\n"
     }
+}
+
+/// Whether a layout has neither stations nor nodes with a role.
+fn is_without_stations(graph: &RouteGraph) -> bool {
+    graph.stations().is_empty() && graph.purposes().iter().all(|role| *role == Role::None)
 }
 
 /// Returns the ids of the nodes whose purpose fits, in ascending order of the nodes.

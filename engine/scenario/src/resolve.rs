@@ -1,6 +1,6 @@
 //! Resolves the names in a scenario file and validates its values.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
@@ -54,6 +54,7 @@ pub(super) fn resolve(
         uneven_rate(rate, publish_rate, ticks_per_frame),
         places::dead_end(&groups, &graph),
         places::cut_off(&groups, &graph),
+        larger_unused_type(&groups, &robot_types),
     ];
     let warnings = warnings
         .into_iter()
@@ -100,6 +101,23 @@ fn uneven_rate(rate: f64, publish_rate: f64, ticks_per_frame: u32) -> Option<Str
              per second are published"
         )
     })
+}
+
+/// Returns a warning if a robot type that no robot has is larger than those of the robots.
+fn larger_unused_type(groups: &[RobotGroup], robot_types: &[RobotType]) -> Option<String> {
+    let used: BTreeSet<u16> = groups.iter().map(|group| group.robot_type).collect();
+    let largest = |size: fn(&RobotType) -> f32| {
+        used.iter().map(|index| size(&robot_types[usize::from(*index)])).fold(0.0, f32::max)
+    };
+    let (length, width) = (largest(|kind| kind.length), largest(|kind| kind.width));
+    let is_larger = |kind: &RobotType| kind.length > length || kind.width > width;
+    let mut unused = (0..).zip(robot_types).filter(|(index, _)| !used.contains(index));
+    let (_, kind) = unused.find(|(_, kind)| !used.is_empty() && is_larger(kind))?;
+    Some(format!(
+        "warning: no robot has the type `{}`, and a fleet manager keeps room for the largest type: \
+         remove it, unless robots of it are added later",
+        kind.name
+    ))
 }
 
 /// Gives nodes the roles and names of the scenario. On an error, returns the invalid entry and the

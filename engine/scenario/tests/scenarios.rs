@@ -389,3 +389,17 @@ fn robots_that_start_where_they_cannot_work_are_named() {
         "{told}"
     );
 }
+
+#[test]
+fn a_larger_robot_type_that_no_robot_has_is_told() {
+    let warnings = |types: &str| {
+        let text = format!("graph: g.yaml\nrobots: [{{node: 1}}]\nrobot_types: [{types}]\n");
+        let read = Scenario::from_texts(&text, PARTS, Path::new("s.yaml"), &Overrides::default());
+        read.expect(types).warnings
+    };
+    let small = "{name: small, length: 0.9, width: 0.6}";
+    let told = warnings(&format!("{small}, {{name: big, length: 2, width: 0.6}}"));
+    assert!(told.iter().any(|line| line.contains("no robot has the type `big`")), "{told:?}");
+    let told = warnings(&format!("{small}, {{name: tiny, length: 0.5, width: 0.5}}"));
+    assert!(told.iter().all(|line| !line.contains("no robot has")), "{told:?}");
+}

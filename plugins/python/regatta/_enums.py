@@ -200,12 +200,14 @@ class OrderKind(IntEnum):
 
 
 class Obstacle(IntEnum):
-    """The reason for which no robot can reach a stop of an order."""
+    """The reason for which no robot can carry an order out."""
 
     NO_WAY = 0
     """The layout has no way there, or none from there to the next stop."""
     CLOSED_EDGES = 1
     """Edges that are closed."""
+    NO_ROBOT = 2
+    """The fleet doesn't have the only robot that may get it."""
 
 
 class Activity(IntEnum):

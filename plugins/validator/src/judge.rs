@@ -36,6 +36,12 @@ pub struct Settings {
     pub examples: usize,
 }
 
+impl Settings {
+    fn progress_limits(&self) -> Limits {
+        Limits { standstill_secs: self.standstill_after_secs, stuck_secs: self.stuck_after_secs }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -356,10 +362,7 @@ impl Judge {
 
     /// Finds robots with orders that don't drive, or don't come to their stops.
     fn judge_progress(&mut self) {
-        let limits = Limits {
-            standstill_secs: self.settings.standstill_after_secs,
-            stuck_secs: self.settings.stuck_after_secs,
-        };
+        let limits = self.settings.progress_limits();
         self.progress.begin(self.tracks.len());
         for robot in self.orders.take_progress() {
             self.progress.take_progress(robot);
@@ -409,6 +412,8 @@ impl Judge {
     /// Ends the judgement and returns its report.
     pub fn finish(mut self) -> Report {
         self.contacts.finish(&mut self.findings);
+        let limits = self.settings.progress_limits();
+        self.progress.finish(self.now, limits, &self.world, &mut self.findings);
         self.report.orders += self.orders.len();
         self.report.seconds += self.now.seconds - self.began_secs;
         self.report.set_findings(&self.findings);

@@ -142,10 +142,16 @@ impl Orders {
             OrderKind::Handled => self.handle(check),
             OrderKind::Finished => self.finish(check),
             OrderKind::Failed | OrderKind::Cancelled => self.close(number),
-            OrderKind::Unroutable if check.record.obstacle() == Obstacle::NoWay => {
-                check.report(Kind::Unroutable, "no way leads a robot to its stops");
-            }
-            OrderKind::Unroutable | OrderKind::Reopened => {}
+            OrderKind::Unroutable => match check.record.obstacle() {
+                Obstacle::NoWay => {
+                    check.report(Kind::Unroutable, "no way leads a robot to its stops");
+                }
+                Obstacle::NoRobot => {
+                    check.report(Kind::Unroutable, "its robot isn't in the fleet");
+                }
+                Obstacle::ClosedEdges => {}
+            },
+            OrderKind::Reopened => {}
         }
     }
 

@@ -16,6 +16,9 @@ const STANDING: f32 = 0.01;
 const MOST_EDGES: usize = 64;
 /// The largest number of robots that a finding names.
 const MOST_ROBOTS: usize = 100;
+/// The part of the time of a standstill after which one that lasts at the end of a run counts:
+/// nobody sees whether it would have ended.
+const PART_AT_END: f64 = 0.4;
 
 /// The times after which robots without progress are a finding, in seconds.
 #[derive(Clone, Copy, Debug)]
@@ -119,6 +122,17 @@ impl Progress {
         self.judge_standstill(now, limits.standstill_secs, world, findings);
         self.judge_livelock(now, limits.stuck_secs, world, findings);
         self.judge_stuck(now, limits.stuck_secs, world, findings);
+    }
+
+    /// Finds a standstill that lasts at the end of the run.
+    pub fn finish(
+        &mut self,
+        now: Now,
+        limits: Limits,
+        world: &WorldModel,
+        findings: &mut Findings,
+    ) {
+        self.judge_standstill(now, PART_AT_END * limits.standstill_secs, world, findings);
     }
 
     fn judge_standstill(

@@ -79,12 +79,19 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     let count = robots_in_words(*robots);
     let carries = if *robots == 1 { "carries" } else { "carry" };
     if !is_known(orders_per_hour) {
-        return format!(
-            "not known: {count} {carries} {} orders an hour, which is no more precise with {} \
-             seeds. Give a longer --duration or more --seeds.",
-            with_interval(orders_per_hour),
-            orders_per_hour.values
-        );
+        let seeds = orders_per_hour.values;
+        let some = with_interval(orders_per_hour);
+        let without_room = variant.no_room.iter().find(|(without, _)| without == robots);
+        return match without_room {
+            Some((_, reason)) => format!(
+                "not known: {count} {carries} {some} orders an hour with {seeds} seeds; with \
+                 others, there is no room for {count}: {reason}."
+            ),
+            None => format!(
+                "not known: {count} {carries} {some} orders an hour, which is no more precise \
+                 with {seeds} seeds. Give a longer --duration or more --seeds."
+            ),
+        };
     }
     let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour));
     if let Some(stalls_from) = stalls_from {

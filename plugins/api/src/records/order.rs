@@ -84,7 +84,7 @@ numbered! {
 }
 
 numbered! {
-    /// The reason for which no robot can reach a stop of an order.
+    /// The reason for which no robot can carry an order out.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum Obstacle: u32 {
         /// The layout has no way there, or none from there to the next stop.
@@ -92,6 +92,8 @@ numbered! {
         NoWay = 0,
         /// Edges that are closed.
         ClosedEdges = 1,
+        /// The fleet doesn't have the only robot that may get it.
+        NoRobot = 2,
     }
 }
 

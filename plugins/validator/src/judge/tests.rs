@@ -520,8 +520,14 @@ fn progress(rows: impl Fn(u64) -> Row, secs: u64) -> Vec<(Kind, u64)> {
 #[test]
 fn a_fleet_that_stands_with_orders_is_found_once() {
     let waiting = Row { state: RobotState::Waiting, ..on(0, 5.0, 0.0) };
-    assert_eq!(progress(|_| waiting, 15), [], "not yet");
+    assert_eq!(progress(|_| waiting, 7), [], "not yet");
+    assert_eq!(progress(|_| waiting, 15), [(Kind::Standstill, 1)], "it lasts at the end");
     assert_eq!(progress(|_| waiting, 200), [(Kind::Standstill, 1)]);
+    let on_its_way = |second: u64| match second {
+        0..15 => waiting,
+        _ => on(0, 5.0 + 0.5 * (second - 14) as f32, 0.5),
+    };
+    assert_eq!(progress(on_its_way, 20), [], "it has ended");
     let broken = Row { state: RobotState::Broken, ..waiting };
     assert_eq!(progress(|_| broken, 200), [], "it can't drive");
     let creeping = |second| Row { ..on(0, 0.05 * second as f32, 0.05) };

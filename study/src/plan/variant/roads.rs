@@ -15,6 +15,9 @@ use crate::plan::scenario::Load;
 /// The keys of a load with stops.
 const STOPS: [&str; 3] = ["from", "to", "among"];
 
+/// The part of a load of which all nodes are left out.
+struct CutOff(String);
+
 impl Variant {
     /// Sets the roads: the main part of the whole layout, which is that with the most stops that
     /// the load names.
@@ -52,11 +55,12 @@ impl Variant {
     /// Takes nodes that are left out, by their names and ids, out of the groups of the load.
     ///
     /// # Errors
-    /// [`PlanError::Setting`] if nothing is left of a group.
+    /// [`PlanError::CutOff`] if nothing is left of a group, or of all generators.
     fn keep_load(&mut self, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
-        if let Some(load) = &mut self.setup.load {
-            let generators = prune(load, left_out)?;
-            self.left_out.extend(generators);
+        let Some(load) = &mut self.setup.load else { return Ok(()) };
+        match prune(load, left_out) {
+            Ok(generators) => self.left_out.extend(generators),
+            Err(CutOff(part)) => return Err(PlanError::CutOff { file: self.file.clone(), part }),
         }
         Ok(())
     }
@@ -112,7 +116,7 @@ fn add_labels(nodes: &Value, labels: &mut BTreeSet<String>) {
 
 /// Takes nodes out of a load. Returns the generators that have lost all of their stops, in words:
 /// they are taken out, too.
-fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, PlanError> {
+fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, CutOff> {
     if let Some(Value::Object(groups)) = load.rest.get_mut("groups") {
         for (name, nodes) in groups {
             prune_list(&format!("group {name}"), nodes, left_out)?;
@@ -146,35 +150,27 @@ fn prune_stops(
     load: &mut Load,
     groups: &BTreeSet<String>,
     left_out: &BTreeSet<String>,
-) -> Result<(), PlanError> {
+) -> Result<(), CutOff> {
     for key in STOPS {
         let Some(nodes) = load.rest.get_mut(key) else { continue };
         prune_list(key, nodes, left_out)?;
         let name = label(nodes);
         if !nodes.is_array() && left_out.contains(&name) && !groups.contains(&name) {
-            return Err(cut_off(&format!("{key}: {name}")));
+            return Err(CutOff(format!("{key}: {name}")));
         }
     }
     Ok(())
 }
 
 /// Takes nodes out of a list. Other values name no nodes one by one.
-fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
+fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Result<(), CutOff> {
     let Value::Array(nodes) = nodes else { return Ok(()) };
     let was_empty = nodes.is_empty();
     nodes.retain(|node| !left_out.contains(&label(node)));
     if !nodes.is_empty() || was_empty {
         return Ok(());
     }
-    Err(cut_off(name))
-}
-
-fn cut_off(name: &str) -> PlanError {
-    PlanError::setting(
-        format!("load, {name}"),
-        "all of its nodes are cut off from the other roads: connect them, or `regatta graph check \
-         --traffic` shows more",
-    )
+    Err(CutOff(name.to_owned()))
 }
 
 fn label(node: &Value) -> String {

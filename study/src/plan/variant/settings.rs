@@ -131,7 +131,8 @@ impl Variant {
             )
         })?);
         (self.is_load_made_up, self.load) = (false, "that of the setting `load`".to_owned());
-        Ok(())
+        self.other_stops = None;
+        self.set_roads()
     }
 
     fn set_dwell(&mut self, value: &Value) -> Result<(), PlanError> {
