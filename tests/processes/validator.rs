@@ -157,6 +157,37 @@ fn an_order_without_a_way_is_a_finding_and_a_node_is_found_by_another_name() {
 }
 
 #[test]
+fn an_order_for_a_missing_robot_is_a_finding_and_a_last_stop_without_a_way_on_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    let trap =
+        "- {Id: 4, Origin_ID: 2, Destination_ID: 4, CurveType: Linear, VelocityForward: 1}\n";
+    let trapping = STATION.replace("Vertices:\n", &format!("{trap}Vertices:\n"));
+    write("plant.yaml", &format!("{trapping}- {{Id: 4, X: 9, Y: 9, Theta: 0, Name: trap}}\n"));
+    write(
+        "scenario.yaml",
+        "graph: plant.yaml\nviewer: off\nrobots: [{node: 1}]\n\
+         plugins: [{name: fleet-manager, args: [--orders, orders.yaml]}]\n",
+    );
+    let run = |order: &str| {
+        write("orders.yaml", &format!("orders:\n- {{name: a, {order}}}\n"));
+        let args = ["run", "scenario.yaml", "--trust", "--in-process", "--simulated", "1min"];
+        Process::start(regatta().current_dir(folder.path()).args(args)).finish()
+    };
+    let missing = run("robot: 7, stops: [{at: 2}]");
+    assert_eq!(missing.status.code(), Some(1), "{}", text(&missing));
+    assert!(text(&missing).contains("1 unroutable"), "{}", text(&missing));
+    let trapped = run("stops: [{at: trap}]");
+    assert!(trapped.status.success(), "{}", text(&trapped));
+    let warning = "order a ends at trap, from which no way leads on";
+    assert!(text(&trapped).contains(warning), "{}", text(&trapped));
+    let kept = run("stops: [{at: 2}]");
+    assert!(!text(&kept).contains("no way leads on"), "{}", text(&kept));
+}
+
+#[test]
 fn a_robot_leaves_a_node_to_which_no_edge_leads() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| {

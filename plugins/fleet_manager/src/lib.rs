@@ -24,6 +24,7 @@ mod model;
 mod order_log;
 pub mod planner;
 pub mod plugin;
+mod rehearsal;
 pub mod roads;
 mod run_figures;
 pub mod steering;

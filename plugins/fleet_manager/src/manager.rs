@@ -11,6 +11,7 @@ mod requests;
 mod tests;
 mod vehicles;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -49,6 +50,9 @@ pub struct Manager {
     candidates: Vec<Candidate>,
     /// The numbers of closure changes and of robots when unroutable orders were last checked.
     checked: (u64, usize),
+    /// The nodes of which a warning says that no way leads on from them.
+    traps: BTreeSet<u32>,
+    warnings: Vec<String>,
     /// The number of cycles in which vehicles were shown.
     vehicle_cycles: usize,
     /// The time of the last one.
@@ -72,6 +76,8 @@ impl Manager {
             present: Vec::new(),
             candidates: Vec::new(),
             checked: (0, 0),
+            traps: BTreeSet::new(),
+            warnings: Vec::new(),
             vehicle_cycles: 0,
             vehicles_shown: None,
         }
@@ -96,6 +102,11 @@ impl Manager {
     /// The orders, to drain their events.
     pub fn orders_mut(&mut self) -> &mut OrderPool {
         &mut self.orders
+    }
+
+    /// Takes the warnings of the last cycles.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
     }
 
     /// Takes the edges that no robot may enter, sorted by id.

@@ -179,10 +179,7 @@ impl Model {
             self.send(robot);
         }
         for command in self.steering.step(f64::from(self.tick) * f64::from(TICK_SECS)) {
-            let (Command::Route { robot, .. }
-            | Command::Release { robot, .. }
-            | Command::Cancel { robot }) = command;
-            self.bodies[*robot as usize].obey(command, &self.roads);
+            self.bodies[command.robot() as usize].obey(command, &self.roads);
         }
         let broken = if self.tick >= BREAKDOWN { self.broken } else { 0 };
         for body in self.bodies.iter_mut().skip(broken) {

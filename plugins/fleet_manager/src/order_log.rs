@@ -74,6 +74,7 @@ impl OrderLog {
 fn obstacle(reason: Unroutable) -> Obstacle {
     match reason {
         Unroutable::ClosedEdges => Obstacle::ClosedEdges,
+        Unroutable::NoRobot => Obstacle::NoRobot,
         Unroutable::NoWay | Unroutable::NoWayOn => Obstacle::NoWay,
     }
 }

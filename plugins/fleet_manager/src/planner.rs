@@ -29,6 +29,7 @@ pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
 pub use self::route::{Router, Search};
 pub use self::tea::{Tea, TeaSettings};
+use crate::rehearsal::Rehearsal;
 use crate::roads::{Leg, Roads};
 use crate::steering::{AdmissionSettings, Settings};
 use crate::traffic::{Permit, Traffic};
@@ -103,11 +104,6 @@ impl Plans {
 const LEAST_TWO_WAY: f32 = 0.25;
 /// The largest number of robots with committed ways: each looks at the ways of all others.
 const MOST_COMMITTED: usize = 64;
-/// The number of robots for each that has a place to wait at, up to which committed ways carry more
-/// than other planners, by trial.
-const OVERFULL: usize = 2;
-/// The number of robots with such places below which a plant isn't overfilled.
-const FEW: usize = 4;
 /// The number of robots for each node from which on one-way blocks that are short for a robot jam.
 const CROWDED: f32 = 0.1;
 /// The length of a short block, in lengths of a robot.
@@ -168,15 +164,20 @@ pub enum PlannerKind {
 impl PlannerKind {
     /// Makes the planner for some roads and about so many robots, and returns the settings of
     /// steering for it, too.
-    pub(crate) fn planner(self, roads: &Roads, robots: usize) -> (Box<dyn Planner>, Settings) {
+    pub(crate) fn planner(
+        self,
+        roads: &Roads,
+        robots: usize,
+        rehearsal: Option<&Rehearsal<'_>>,
+    ) -> (Box<dyn Planner>, Settings) {
         match self {
-            Self::Auto => Self::suited(roads, robots),
+            Self::Auto => Self::suited(roads, robots, rehearsal),
             _ => (self.plain(roads), self.settings()),
         }
     }
 
     /// Makes the planner for some roads; committed ways for [`Auto`](Self::Auto).
-    fn plain(self, roads: &Roads) -> Box<dyn Planner> {
+    pub(crate) fn plain(self, roads: &Roads) -> Box<dyn Planner> {
         let planner: Box<dyn Planner> = match self {
             Self::Auto | Self::Committed => return with_last_resort(Committed::new(roads)),
             Self::Lanes => Box::new(Lanes::new(roads, LanesSettings::default())),
@@ -186,29 +187,43 @@ impl PlannerKind {
         Box::new(Backstop::new(planner, BackstopSettings::default()))
     }
 
-    /// Makes the planner that suits some roads and a number of robots.
-    fn suited(roads: &Roads, robots: usize) -> (Box<dyn Planner>, Settings) {
-        if two_way_share(roads) < LEAST_TWO_WAY {
-            let is_crowded = robots > 1 && robots as f32 > roads.nodes() as f32 * CROWDED;
-            let crowds = is_crowded && has_short_blocks(roads);
-            return if crowds { Self::Pibt } else { Self::Lanes }.planner(roads, robots);
+    /// Makes the planner that suits some roads and a number of robots: the best in a rehearsal.
+    /// Where all roads are driven one way, and robots don't crowd short blocks, it is `lanes`.
+    fn suited(
+        roads: &Roads,
+        robots: usize,
+        rehearsal: Option<&Rehearsal<'_>>,
+    ) -> (Box<dyn Planner>, Settings) {
+        let is_one_way = two_way_share(roads) < LEAST_TWO_WAY;
+        let mut kinds = match is_one_way {
+            true => Self::candidates_one_way(roads, robots),
+            false => Self::candidates_two_way(robots),
+        };
+        if let Some(rehearsal) = rehearsal.filter(|_| kinds.len() > 1) {
+            rehearsal.sort(&mut kinds);
         }
-        if robots > MOST_COMMITTED {
-            return Self::Lanes.planner(roads, robots);
+        let (first, settings) = (kinds[0].plain(roads), kinds[0].settings());
+        match kinds.len() {
+            1 => (first, settings),
+            _ => (Box::new(Fallback::new(first, kinds)), settings),
         }
-        let committed = Committed::new(roads);
-        let places = committed.most_robots();
-        let most = if places < FEW { places } else { OVERFULL * places };
-        let kinds = match robots <= most {
+    }
+
+    /// The planners that may suit roads that are driven one way, the likely one first.
+    fn candidates_one_way(roads: &Roads, robots: usize) -> Vec<Self> {
+        let is_crowded = robots > 1 && robots as f32 > roads.nodes() as f32 * CROWDED;
+        match is_crowded && has_short_blocks(roads) {
+            true => vec![Self::Pibt, Self::Lanes],
+            false => vec![Self::Lanes],
+        }
+    }
+
+    /// The planners that may suit roads that are driven both ways, the likely one first.
+    fn candidates_two_way(robots: usize) -> Vec<Self> {
+        match robots <= MOST_COMMITTED {
             true => vec![Self::Committed, Self::Lanes, Self::Pibt],
-            false => vec![Self::Lanes, Self::Committed, Self::Pibt],
-        };
-        let first: Box<dyn Planner> = match kinds[0] {
-            Self::Committed => with_last_resort(committed),
-            first => first.plain(roads),
-        };
-        let settings = kinds[0].settings();
-        (Box::new(Fallback::new(first, kinds)), settings)
+            false => vec![Self::Lanes, Self::Pibt],
+        }
     }
 
     /// The settings of steering for it.

@@ -26,6 +26,7 @@ use crate::manager::Manager;
 use crate::order_log::OrderLog;
 pub use crate::planner::PlannerKind;
 use crate::planner::{Backstop, BackstopSettings, Planner};
+use crate::rehearsal::Rehearsal;
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
@@ -197,10 +198,10 @@ impl FleetManager {
         roads
     }
 
-    /// Opens the pool of orders at a simulated time in seconds, and begins to manage so many
-    /// robots.
-    fn begin(&mut self, opening: Opening, robots: usize, now_secs: f64) -> Result {
+    /// Opens the pool of orders, and begins to manage the robots of a frame.
+    fn begin(&mut self, opening: Opening, frame: &Frame<'_>) -> Result {
         let Opening { roads, places, run_id, charging } = opening;
+        let now_secs = frame.sim_time().as_secs_f64();
         let mut orders = OrderPool::open(&self.order_settings(), places, run_id, now_secs)
             .map_err(|error| Error::new(format_args!("{error}")))?;
         if self.cli.in_turn {
@@ -216,11 +217,41 @@ impl FleetManager {
                 let backstop = Backstop::new(planner(&roads), BackstopSettings::default());
                 (Box::new(backstop) as Box<dyn Planner>, Settings::default())
             }
-            None => self.cli.planner.planner(&roads, robots),
+            None => self.planner(&roads, &orders, frame)?,
         };
         let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
         self.manager = Some(Manager::new(roads, planner, settings, orders).with_charging(charging));
         Ok(())
+    }
+
+    /// Makes the planner of the command line, and returns the settings of steering for it. The
+    /// automatic choice is rehearsed.
+    fn planner(
+        &mut self,
+        roads: &Arc<Roads>,
+        orders: &OrderPool,
+        frame: &Frame<'_>,
+    ) -> Result<(Box<dyn Planner>, Settings)> {
+        let is_in_turn = self.cli.in_turn;
+        let make_orders = || {
+            let mut orders = orders.for_rehearsal();
+            if is_in_turn {
+                orders.set_assigner(InTurn);
+            }
+            orders
+        };
+        let types = match &mut self.ports {
+            Some(ports) => {
+                ports.types.latest()?;
+                ports.types.current()?.map_or(Vec::new(), |types| types.values.to_vec())
+            }
+            None => Vec::new(),
+        };
+        let columns = frame.columns();
+        let rehearsal = Rehearsal::new(roads, &make_orders, &columns, &types);
+        let is_there = |state: &&u8| **state != RobotState::Absent as u8;
+        let robots = columns.state.iter().filter(is_there).count();
+        Ok(self.cli.planner.planner(roads, robots, Some(&rehearsal)))
     }
 
     /// Sends the manager's commands. Those that can't be sent now are sent with the next ones.
@@ -344,9 +375,7 @@ impl Plugin for FleetManager {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         if let Some(opening) = self.opening.take() {
             let start = Instant::now();
-            let is_there = |state: &&u8| **state != RobotState::Absent as u8;
-            let robots = frame.state().iter().filter(is_there).count();
-            self.begin(opening, robots, frame.sim_time().as_secs_f64())?;
+            self.begin(opening, frame)?;
             self.figures.add_start(start.elapsed());
         }
         let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else {
@@ -369,6 +398,9 @@ impl Plugin for FleetManager {
         manager.close_edges(ports.closures.closed(frame.run_id()));
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.commands, &mut self.pending, commands, &roads)?;
+        for warning in manager.take_warnings() {
+            tell!("fleet-manager: warning: {warning}");
+        }
         manager.show_vehicles(&columns, charges);
         manager.orders_mut().publish(now_secs);
         // If this manager is killed, the next one goes on from the store: records of what isn't in

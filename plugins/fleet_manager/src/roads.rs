@@ -255,6 +255,12 @@ impl Roads {
         &self.zones
     }
 
+    /// The node nearest to a position; `None` if there is none.
+    pub fn nearest_node(&self, position: Vec2) -> Option<u32> {
+        let distance = |node: &u32| self.position(*node).distance(position);
+        (0..self.nodes).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
     /// The legs that leave a node.
     pub fn exits(&self, node: u32) -> &[Leg] {
         self.exits.row(node)

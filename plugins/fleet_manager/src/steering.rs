@@ -51,6 +51,17 @@ pub enum Command {
     },
 }
 
+impl Command {
+    /// The robot.
+    pub const fn robot(&self) -> u32 {
+        match self {
+            Self::Route { robot, .. } | Self::Release { robot, .. } | Self::Cancel { robot } => {
+                *robot
+            }
+        }
+    }
+}
+
 /// The settings of steering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {

@@ -33,6 +33,20 @@ impl Generator {
         Self { settings, random, made: 0, next_unit, run }
     }
 
+    /// Makes a generator that keeps as many orders open as there are robots, each with one of some
+    /// nodes as its stop.
+    pub(super) fn endless(among: Vec<u32>) -> Self {
+        let settings = GeneratorSettings {
+            name: String::from("endless"),
+            arrival: Arrival::Endless(None),
+            stops: Stops::One(among),
+            priority: 0,
+            dwell_secs: DwellSecs::default(),
+            deadline_secs: None,
+        };
+        Self::new(settings, 0, 1, 0)
+    }
+
     /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs
     /// the number of robots, and of its orders that are open.
     pub(super) fn next(

@@ -313,6 +313,10 @@ pub enum Unroutable {
     #[serde(rename = "no way leads from a stop to the next one")]
     #[strum(to_string = "no way leads from a stop to the next one")]
     NoWayOn,
+    /// The fleet doesn't have the only robot that may get it.
+    #[serde(rename = "its robot isn't in the fleet")]
+    #[strum(to_string = "its robot isn't in the fleet")]
+    NoRobot,
 }
 
 /// A change of an order at a time, for the order log.

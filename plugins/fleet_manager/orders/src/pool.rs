@@ -226,6 +226,11 @@ impl OrderPool {
         self.counts.figures(self.open.values(), secs, now_secs)
     }
 
+    /// The number of stops that robots have handled.
+    pub fn handled_stops(&self) -> usize {
+        self.counts.stops
+    }
+
     /// Notes the state of a robot for the web API. Its order is filled in.
     pub fn show_vehicle(&mut self, mut vehicle: Vehicle) {
         let order = self.order_of(vehicle.robot).and_then(|id| self.order(id));

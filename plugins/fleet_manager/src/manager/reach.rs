@@ -64,12 +64,23 @@ impl Manager {
         !ways.lead(robot, goal) && ways.lead_any(goal)
     }
 
-    /// Marks the waiting orders with a stop to which no way leads.
+    /// Marks the waiting orders that no robot can carry out, and warns of stops from which no way
+    /// leads on.
     pub(super) fn find_impossible(&mut self, now_secs: f64) {
         let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
-        let waiting = self.orders.waiting_orders();
-        let impossible = waiting.filter_map(|order| Some((order.id, ways.obstacle(order)?)));
-        for (id, obstacle) in impossible.collect::<Vec<_>>() {
+        let mut impossible = Vec::new();
+        for order in self.orders.waiting_orders() {
+            if let Some(obstacle) = ways.obstacle(order) {
+                impossible.push((order.id, obstacle));
+            } else if let Some(node) = ways.trap(order).filter(|node| self.traps.insert(*node)) {
+                self.warnings.push(format!(
+                    "order {} ends at {}, from which no way leads on: its robot stays there",
+                    order.content.name,
+                    self.orders.places().label(node)
+                ));
+            }
+        }
+        for (id, obstacle) in impossible {
             self.orders.unroutable(id, now_secs, obstacle);
         }
     }
@@ -95,10 +106,31 @@ impl<'a> Ways<'a> {
         }
         let first = stops.first()?.node;
         let leads = match order.content.intended_robot {
+            Some(robot) if !self.is_present(robot) => return Some(Unroutable::NoRobot),
             Some(robot) => self.lead(robot, first),
             None => self.lead_any(first),
         };
         (!leads).then_some(Unroutable::NoWay)
+    }
+
+    /// Returns the last stop of an order if no way leads on from there, neither to another stop
+    /// nor to a place where a robot is now.
+    fn trap(&mut self, order: &Order) -> Option<u32> {
+        let stops = &order.content.stops;
+        let last = stops.last()?.node;
+        let places = self.present.iter().filter_map(|robot| self.steering.base_end_node(*robot));
+        let mut others = stops.iter().map(|stop| stop.node).chain(places).filter(|at| *at != last);
+        let mut has_others = false;
+        let leads_on = others.any(|at| {
+            has_others = true;
+            self.times.can_reach(last, at)
+        });
+        (has_others && !leads_on).then_some(last)
+    }
+
+    /// Whether a robot is in the fleet, or there are no robots yet.
+    fn is_present(&self, robot: u32) -> bool {
+        self.present.is_empty() || self.present.binary_search(&robot).is_ok()
     }
 
     /// Whether a way leads a robot to a node, or its place isn't known.

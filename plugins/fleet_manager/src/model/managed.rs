@@ -6,7 +6,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::world::WorldData;
 
 use super::body::{Body, Outlines};
-use super::{Command, Random, Seen, TICK_SECS, places};
+use super::{Random, Seen, TICK_SECS, places};
 use crate::manager::Manager;
 use crate::planner::PlannerKind;
 use crate::roads::Roads;
@@ -38,7 +38,7 @@ impl Managed {
         let known = Arc::new(Places::of(&view));
         let mut orders = OrderPool::new(known.clone());
         orders.add_load(&Load::parse(load, &known).expect("a load"));
-        let (planner, settings) = planner.planner(&roads, robots);
+        let (planner, settings) = planner.planner(&roads, robots, None);
         let outlines = Outlines::new(&view);
         let starts = places(world, robots, seed);
         Self {
@@ -100,10 +100,7 @@ impl Managed {
         for command in
             self.manager.cycle(f64::from(self.tick) * f64::from(TICK_SECS), &columns, &[], &[])
         {
-            let (Command::Route { robot, .. }
-            | Command::Release { robot, .. }
-            | Command::Cancel { robot }) = command;
-            self.bodies[*robot as usize].obey(command, &self.roads);
+            self.bodies[command.robot() as usize].obey(command, &self.roads);
         }
         for (body, _) in self.bodies.iter_mut().zip(&self.broken).filter(|(_, left)| **left == 0) {
             body.drive(&self.outlines, &self.roads, 1.0);

@@ -40,9 +40,6 @@ use crate::claims::Stretch;
 use crate::roads::{Leg, Roads};
 use crate::traffic::{Robot, Traffic};
 
-/// The number of rest places for which one more robot waits at a lay-by, by trial.
-const LAY_BYS_SHARE: usize = 4;
-
 /// The planner.
 #[derive(Debug)]
 pub struct Committed {
@@ -97,13 +94,6 @@ impl Committed {
             next_round: 0.0,
             counts: Counts::default(),
         }
-    }
-
-    /// The largest number of robots that are likely to get ways: one for each rest place, and where
-    /// there are lay-bys, some more.
-    pub fn most_robots(&self) -> usize {
-        let rests = self.rests.len();
-        if self.lay_bys.is_empty() { rests } else { rests + rests / LAY_BYS_SHARE }
     }
 
     fn commitment(&self, robot: u32) -> Option<&Commitment> {

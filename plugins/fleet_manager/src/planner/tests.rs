@@ -6,18 +6,18 @@ use crate::roads::Roads;
 use crate::traffic::Traffic;
 use regatta_plugin::world::{Orientation, WorldData};
 
-/// The name of the planner that is chosen for some robots.
+/// The name of the planner that is chosen for some robots without a rehearsal.
 fn chosen(world: &WorldData, robots: usize) -> String {
     let roads = Roads::new(&world.view(1, 1));
-    let (planner, _) = PlannerKind::Auto.planner(&roads, robots);
+    let (planner, _) = PlannerKind::Auto.planner(&roads, robots, None);
     format!("{planner:?}")
 }
 
 #[test]
-fn single_tracks_get_committed_ways_unless_they_are_overfull() {
+fn single_tracks_get_committed_ways_unless_robots_are_many() {
     let track = worlds::single_track(7);
-    assert!(chosen(&track, 6).contains("planner: Committed"), "six rest places");
-    assert!(chosen(&track, 40).contains("planner: Lanes"));
+    assert!(chosen(&track, 6).contains("planner: Committed"));
+    assert!(chosen(&track, 65).contains("planner: Lanes"));
 }
 
 #[test]

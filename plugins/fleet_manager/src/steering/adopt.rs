@@ -98,11 +98,7 @@ impl Steering {
             let place = if seen.s > length - AT_END { length } else { seen.s.max(0.0) };
             return Some((Leg::new(edge, false), place));
         }
-        let nearest = (0..self.roads.nodes()).map(|node| {
-            let offset = self.roads.position(node) - seen.position;
-            (offset.x.hypot(offset.y), node)
-        });
-        let (_, node) = nearest.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let node = self.roads.nearest_node(seen.position)?;
         match self.roads.arrival(node) {
             Some(edge) => Some((Leg::new(edge, false), self.roads.edge(edge).length)),
             None => self.roads.exits(node).first().map(|&leg| (leg, 0.0)),

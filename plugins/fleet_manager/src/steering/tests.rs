@@ -47,7 +47,7 @@ fn a_zone_is_entered_only_while_it_has_room() {
         let zone = ZoneRecord { capacity, ..ZoneRecord::default() };
         world.add_zone(zone, [], [0, 1, 5, 6, 7, 12, 13]);
         let starts = places(&world, 6, seed);
-        let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 6).0;
+        let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 6, None).0;
         let mut model = Model::new(&world, &starts, seed, Settings::default(), lanes);
         model.run(3_000);
         arrivals.push(model.total());
@@ -60,7 +60,7 @@ fn a_zone_is_entered_only_while_it_has_room() {
 #[test]
 fn refusals_of_one_tick_change_the_gear_once() {
     let world = worlds::streets(SIDE, SPACING, true);
-    let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 1).0;
+    let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 1, None).0;
     let starts = [(Leg::new(0, false), 1.0)];
     let mut model = Model::new(&world, &starts, 1, Settings::default(), lanes);
     model.run(20);

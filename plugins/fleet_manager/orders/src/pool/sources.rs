@@ -99,6 +99,35 @@ impl OrderPool {
         }
     }
 
+    /// Returns a pool with the same generators, from their present orders on, without a store and
+    /// without clients. Without a generator, robots always have orders to the stops of the known
+    /// orders, or else to the nodes with a role, or else to any nodes.
+    #[must_use]
+    pub fn for_rehearsal(&self) -> Self {
+        let mut pool = Self::new(self.places.clone());
+        for source in &self.sources {
+            let generator = source.generator.clone();
+            pool.sources.push(Source { generator, open: 0, unroutable: 0 });
+        }
+        if pool.sources.is_empty() {
+            let generator = Generator::endless(self.likely_stops());
+            pool.sources.push(Source { generator, open: 0, unroutable: 0 });
+        }
+        pool
+    }
+
+    fn likely_stops(&self) -> Vec<u32> {
+        let open = self.open.values().map(|order| &order.content);
+        let known = open.chain(self.timetable.iter().map(|(_, order)| order));
+        let stops: BTreeSet<u32> =
+            known.flat_map(|order| &order.stops).map(|stop| stop.node).collect();
+        if !stops.is_empty() {
+            return stops.into_iter().collect();
+        }
+        let transports = self.places.nodes(|place| place.role.is_pick() || place.role.is_drop());
+        if transports.is_empty() { self.places.nodes(|_| true) } else { transports }
+    }
+
     /// Makes all orders whose time has come. `robots` is the number of robots that may get orders:
     /// endless loads have as many open ones.
     pub fn generate_until(&mut self, now_secs: f64, robots: usize) {

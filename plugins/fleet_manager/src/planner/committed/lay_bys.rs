@@ -39,11 +39,6 @@ impl LayBys {
         Self { nodes, is_lay_by }
     }
 
-    /// Whether there are no lay-bys.
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
     /// Whether a node is a lay-by.
     pub fn contains(&self, node: u32) -> bool {
         self.is_lay_by[node as usize]

@@ -1,0 +1,240 @@
+//! A rehearsal: a manager steers a model of its fleet for some minutes, to see how much the robots
+//! carry under a planner.
+//!
+//! Robots of the model start where those of the fleet stand, and get orders of the same load. They
+//! drive at the speeds of edges and types, and brake and turn at once. A rehearsal is a function
+//! of the roads, the load and the robots alone, so that runs in lockstep stay equal.
+
+mod body;
+
+use std::cmp::Reverse;
+use std::sync::Arc;
+
+use glam::vec2;
+use regatta_orders::OrderPool;
+use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
+
+use self::body::{Body, Pose};
+use crate::manager::Manager;
+use crate::planner::PlannerKind;
+use crate::roads::{Leg, Roads};
+
+/// Simulated seconds of a cycle.
+const CYCLE_SECS: f64 = 0.2;
+/// The longest rehearsal, and the shortest that tells planners apart, in simulated seconds.
+const MOST_SECS: f64 = 900.0;
+const LEAST_SECS: f64 = 100.0;
+/// The cycles of a rehearsal times its robots: about a second of work in any plant.
+const MOST_ROBOT_CYCLES: f64 = 60e3;
+/// The same for committed ways, whose searches look at all nodes: cycles times robots times nodes.
+const MOST_COMMITTED_WORK: f64 = 9e6;
+/// The simulated seconds without a handled stop after which a rehearsal ends: the fleet stands.
+const STANDSTILL_SECS: f64 = 200.0;
+/// The part of the most handled stops from which on a planner carries as much as the best.
+const AS_MUCH: f32 = 0.97;
+
+/// A fleet before its first cycle, to rehearse with.
+pub struct Rehearsal<'a> {
+    roads: &'a Arc<Roads>,
+    /// Makes the orders.
+    orders: &'a dyn Fn() -> OrderPool,
+    /// By robot; `None` if it is absent, or at no road.
+    bodies: Vec<Option<Body>>,
+    robot_types: &'a [f32],
+}
+
+impl<'a> Rehearsal<'a> {
+    /// Takes the places of robots from a frame. `robot_types` has an index for each robot, or is
+    /// empty if all are of the first type.
+    pub fn new(
+        roads: &'a Arc<Roads>,
+        orders: &'a dyn Fn() -> OrderPool,
+        columns: &Columns<'_>,
+        robot_types: &'a [f32],
+    ) -> Self {
+        let bodies = (0..columns.state.len()).map(|robot| {
+            let class = robot_types.get(robot).map_or(0, |index| *index as usize);
+            let class = *roads.classes().get(class)?;
+            if columns.state[robot] == RobotState::Absent as u8 {
+                return None;
+            }
+            let edge = columns.edge[robot];
+            if edge == NO_EDGE {
+                let position = vec2(columns.x[robot], columns.y[robot]);
+                return Body::on_node(roads.nearest_node(position)?, roads, class);
+            }
+            let place = columns.s[robot].clamp(0.0, roads.edge(edge).length);
+            Some(Body::on_leg(Leg::new(edge, false), place, class))
+        });
+        Self { roads, orders, bodies: bodies.collect(), robot_types }
+    }
+
+    /// Sorts planners by what the robots carry under them, the best first. The first one stays
+    /// first if it carries about as much as the best. Planners that would take too long to rehearse
+    /// come last.
+    pub fn sort(&self, kinds: &mut [PlannerKind]) {
+        kinds.sort_by_key(|kind| self.affordable_secs(*kind) < LEAST_SECS);
+        let affordable = kinds.partition_point(|kind| self.affordable_secs(*kind) >= LEAST_SECS);
+        let kinds = &mut kinds[..affordable];
+        let secs = kinds.iter().map(|kind| self.affordable_secs(*kind)).fold(MOST_SECS, f64::min);
+        let handled: Vec<u32> = kinds.iter().map(|kind| self.handled_stops(*kind, secs)).collect();
+        let as_much = AS_MUCH * handled.iter().copied().max().unwrap_or(0) as f32;
+        let mut ranked: Vec<(u32, PlannerKind)> = Vec::new();
+        for (stops, kind) in handled.into_iter().zip(&*kinds) {
+            ranked.push((if stops as f32 >= as_much { u32::MAX } else { stops }, *kind));
+        }
+        ranked.sort_by_key(|(stops, _)| Reverse(*stops));
+        for (kind, (_, sorted)) in kinds.iter_mut().zip(ranked) {
+            *kind = sorted;
+        }
+    }
+
+    /// The simulated seconds for which a planner can be rehearsed in about a second.
+    fn affordable_secs(&self, kind: PlannerKind) -> f64 {
+        let robots = self.bodies.iter().flatten().count().max(1) as f64;
+        let cycles = match kind {
+            PlannerKind::Committed => MOST_COMMITTED_WORK / robots / f64::from(self.roads.nodes()),
+            _ => MOST_ROBOT_CYCLES / robots,
+        };
+        cycles * CYCLE_SECS
+    }
+
+    /// Returns the number of stops that robots handle under a planner in some simulated seconds.
+    fn handled_stops(&self, kind: PlannerKind, secs: f64) -> u32 {
+        let (planner, settings) = (kind.plain(self.roads), kind.settings());
+        let mut manager = Manager::new(Arc::clone(self.roads), planner, settings, (self.orders)());
+        let mut fleet = Model { bodies: self.bodies.clone(), ..Model::default() };
+        let (mut handled, mut handled_at) = (0, 0.0);
+        for cycle in 0..(secs / CYCLE_SECS) as u32 {
+            let now_secs = f64::from(cycle) * CYCLE_SECS;
+            fleet.cycle(&mut manager, self.roads, self.robot_types, now_secs);
+            let stops = manager.orders().handled_stops();
+            if stops != handled {
+                (handled, handled_at) = (stops, now_secs);
+            } else if now_secs - handled_at > STANDSTILL_SECS {
+                break;
+            }
+        }
+        handled as u32
+    }
+}
+
+/// The robots of the model, and the columns of its frames.
+#[derive(Default)]
+struct Model {
+    bodies: Vec<Option<Body>>,
+    x: Vec<f32>,
+    y: Vec<f32>,
+    speed: Vec<f32>,
+    s: Vec<f32>,
+    edge: Vec<u32>,
+    state: Vec<u8>,
+}
+
+impl Model {
+    /// Shows a frame to the manager, and drives as it commands.
+    fn cycle(&mut self, manager: &mut Manager, roads: &Roads, robot_types: &[f32], now_secs: f64) {
+        self.show(roads);
+        let Self { bodies, x, y, speed, s, edge, state } = self;
+        let columns = Columns { x, y, theta: x, speed, s, edge, state };
+        for command in manager.cycle(now_secs, &columns, robot_types, &[]) {
+            if let Some(body) = &mut bodies[command.robot() as usize] {
+                body.obey(command, roads);
+            }
+        }
+        for body in bodies.iter_mut().flatten() {
+            body.drive(roads, CYCLE_SECS as f32);
+        }
+    }
+
+    fn show(&mut self, roads: &Roads) {
+        let Self { bodies, x, y, speed, s, edge, state } = self;
+        for column in [&mut *x, y, speed, s] {
+            column.clear();
+        }
+        edge.clear();
+        state.clear();
+        for body in bodies {
+            let pose = body.as_ref().map_or_else(Pose::default, |body| body.pose(roads));
+            x.push(pose.position.x);
+            y.push(pose.position.y);
+            speed.push(pose.speed);
+            s.push(pose.s);
+            edge.push(pose.edge);
+            let state_now = if body.is_some() { RobotState::Idle } else { RobotState::Absent };
+            state.push(state_now as u8);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_orders::Places;
+    use regatta_plugin::world::WorldData;
+
+    use super::*;
+    use crate::model::{drive, places, worlds};
+
+    const KINDS: [PlannerKind; 3] = [PlannerKind::Committed, PlannerKind::Lanes, PlannerKind::Pibt];
+
+    /// The planner that carries the most in a rehearsal.
+    fn best(world: &WorldData, robots: usize) -> PlannerKind {
+        let view = world.view(1, 1);
+        let (roads, known) = (Arc::new(Roads::new(&view)), Arc::new(Places::of(&view)));
+        let starts = places(world, robots, 1);
+        let edge: Vec<u32> = starts.iter().map(|(leg, _)| leg.edge()).collect();
+        let s: Vec<f32> = starts.iter().map(|(_, place)| *place).collect();
+        let (zeros, state) = (vec![0.0; robots], vec![RobotState::Idle as u8; robots]);
+        let (x, y, speed) = (&zeros, &zeros, &zeros);
+        let columns = Columns { x, y, theta: &zeros, speed, s: &s, edge: &edge, state: &state };
+        let orders = || OrderPool::new(known.clone()).for_rehearsal();
+        let mut kinds = KINDS.to_vec();
+        Rehearsal::new(&roads, &orders, &columns, &[]).sort(&mut kinds);
+        kinds[0]
+    }
+
+    /// The other model drives to random goals, lets robots be late, and checks that they don't
+    /// touch.
+    #[test]
+    fn the_planner_of_a_rehearsal_carries_the_most_in_another_model_too() {
+        for (name, world, robots) in
+            [("a single track", worlds::single_track(7), 4), ("cells", worlds::cells(5), 12)]
+        {
+            let goals = |kind: PlannerKind| {
+                let maker = match kind {
+                    PlannerKind::Lanes => |roads: &Roads| PlannerKind::Lanes.plain(roads),
+                    PlannerKind::Pibt => |roads: &Roads| PlannerKind::Pibt.plain(roads),
+                    _ => |roads: &Roads| PlannerKind::Committed.plain(roads),
+                };
+                drive(name, &world, (robots, 1), 900, maker).total()
+            };
+            let most = KINDS.into_iter().map(goals).max().expect("three planners");
+            let best = best(&world, robots);
+            let carried = goals(best);
+            assert!(10 * carried >= 8 * most, "{name}: {best:?} {carried} of {most}");
+        }
+    }
+
+    #[test]
+    fn a_robot_on_a_node_without_an_edge_to_it_drives_off() {
+        let points = [[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]];
+        let edges = [[0, 1], [1, 0], [2, 0]];
+        let footprint = [0.9, 0.6];
+        let orientation = regatta_plugin::world::Orientation::Tangential;
+        let world = worlds::straight(&points, &edges, footprint, orientation);
+        let view = world.view(1, 1);
+        let (roads, known) = (Arc::new(Roads::new(&view)), Arc::new(Places::of(&view)));
+        let columns = Columns {
+            x: &[0.0],
+            y: &[9.0],
+            theta: &[0.0],
+            speed: &[0.0],
+            s: &[0.0],
+            edge: &[NO_EDGE],
+            state: &[RobotState::Idle as u8],
+        };
+        let orders = || OrderPool::new(known.clone()).for_rehearsal();
+        let rehearsal = Rehearsal::new(&roads, &orders, &columns, &[]);
+        assert!(rehearsal.handled_stops(PlannerKind::Lanes, 900.0) > 20);
+    }
+}
