@@ -36,6 +36,8 @@ const STATUS_INTERVAL: Duration = Duration::from_secs(1);
 const ENGINE: &str = "engine";
 /// The name of the viewer's process in messages.
 const VIEWER: &str = "viewer";
+/// The option of a fleet manager that prints figures at the end.
+const SUMMARY: &str = "--summary";
 /// The name of the plugin that publishes the activities of robots.
 const FLEET_MANAGER: &str = "fleet-manager";
 /// The section of a scenario that the fleet manager reads.
@@ -358,6 +360,9 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
     } else if plugin::is_built_in(&plugin.name) {
         let mut command = this_program()?;
         command.args(["plugin", &plugin.name]);
+        if plugin.name == FLEET_MANAGER && !plugin.args.iter().any(|arg| arg == SUMMARY) {
+            command.arg(SUMMARY);
+        }
         command
     } else {
         return Err(plugin::unknown(&plugin.name).into());

@@ -174,7 +174,8 @@ fn run_prints_a_line_per_second_and_ends_after_its_time_limit() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.lines().filter(|line| line.contains("rtf")).count() >= 2, "{text}");
     assert!(text.contains(" 0 contacts"), "the demo's fleet manager keeps robots apart: {text}");
-    assert!(text.contains("orders"), "it prints what it has done at the end: {text}");
+    assert!(text.contains("\norders  "), "it prints what it has done at the end: {text}");
+    assert!(text.contains("\nrobots' time ") && !text.contains("|---"), "for people: {text}");
 }
 
 #[test]

@@ -47,8 +47,8 @@ fn text(output: &Output) -> String {
 }
 
 fn finished(summary: &str) -> u64 {
-    let line = summary.lines().find(|line| line.starts_with("| finished")).unwrap_or_default();
-    line.split_whitespace().nth(3).and_then(|number| number.parse().ok()).unwrap_or(0)
+    let line = summary.lines().find(|line| line.starts_with("orders ")).unwrap_or_default();
+    line.split_whitespace().nth(1).and_then(|number| number.parse().ok()).unwrap_or(0)
 }
 
 /// Runs a managed fleet in lockstep for five minutes; returns the digest of its frames.

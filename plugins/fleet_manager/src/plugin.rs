@@ -318,11 +318,14 @@ impl FleetManager {
         let Some(manager) = &self.manager else { return Ok(()) };
         let (figures, run) = (manager.orders().figures(self.figures.now_secs), &self.figures);
         if self.cli.summary {
-            println!("{}\n{}", figures.markdown(), run.markdown());
             let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
-            println!(
-                "{} robots, {:.0} s; {mean:.2} ms a cycle, longest {longest:.1} ms",
-                run.robots, run.now_secs
+            print!(
+                "robots        {} for {:.0} simulated seconds\n{}{}cycles        {mean:.2} ms on \
+                 average, {longest:.1} ms at most\n",
+                run.robots,
+                run.now_secs,
+                figures.table(),
+                run.table()
             );
         }
         if let Some(path) = &self.cli.json {

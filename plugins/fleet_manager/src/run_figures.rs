@@ -107,8 +107,8 @@ impl RunFigures {
     }
 
     /// The effort of robots, as a table in Markdown.
-    pub(crate) fn markdown(&self) -> String {
-        self.effort.markdown()
+    pub(crate) fn table(&self) -> String {
+        self.effort.table()
     }
 
     /// The figures as JSON.
@@ -199,16 +199,16 @@ impl Effort {
         })
     }
 
-    /// The figures as a table in Markdown.
-    pub fn markdown(&self) -> String {
+    /// The figures as lines of a name and its values, for people.
+    pub fn table(&self) -> String {
         let metres = self.loaded_metres + self.empty_metres;
         let shares = Activity::ALL.into_iter().filter(|activity| self.share(*activity) > 0.0);
         let shares: Vec<_> = shares
             .map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity)))
             .collect();
         format!(
-            "| robots | |\n|---|---|\n| utilisation | {:.1} % |\n| time | {} |\n\
-             | driven | {:.1} km, {:.1} % of it empty |\n",
+            "robots' time  {:.1} % with an order: {}\ndriven        {:.1} km, {:.1} % of it \
+             empty\n",
             100.0 * self.utilisation(),
             shares.join(", "),
             metres / 1e3,
@@ -273,9 +273,9 @@ mod tests {
         let json = effort.json();
         assert_eq!((&json["loaded_metres"], &json["empty_metres"]), (&json!(40.0), &json!(20.0)));
         assert_eq!(json["robot_secs"]["fetching"], 10.0);
-        let text = effort.markdown();
+        let text = effort.table();
         assert!(
-            text.contains("utilisation | 50.0 %") && text.contains("0.1 km, 33.3 % of it empty"),
+            text.contains("50.0 % with an order") && text.contains("0.1 km, 33.3 % of it empty"),
             "{text}"
         );
         assert_eq!(Effort::default().utilisation(), 0.0);

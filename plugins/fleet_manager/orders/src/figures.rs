@@ -1,5 +1,7 @@
 //! Figures of the pool: how many orders are finished, how long they took and how long they waited.
 
+use std::fmt::Write as _;
+
 use serde::Serialize;
 
 use super::order::{Order, State};
@@ -145,10 +147,15 @@ impl Durations {
         Self { mean_secs, p50_secs, p99_secs, longest_secs: f64::from(*longest) }
     }
 
-    /// A row of a table in Markdown.
-    fn row(&self, name: &str) -> String {
+    /// The times as a line of a table; `None` without any.
+    fn line(&self, name: &str) -> Option<String> {
         let Self { mean_secs, p50_secs, p99_secs, longest_secs } = self;
-        format!("| {name} | {mean_secs:.1} | {p50_secs:.1} | {p99_secs:.1} | {longest_secs:.1} |\n")
+        (*longest_secs > 0.0).then(|| {
+            format!(
+                "{name:<13} median {p50_secs:.1} s, 99th percentile {p99_secs:.1} s, longest \
+                 {longest_secs:.1} s, mean {mean_secs:.1} s\n"
+            )
+        })
     }
 }
 
@@ -158,27 +165,45 @@ impl Figures {
         serde_json::to_value(self).unwrap_or_default()
     }
 
-    /// The figures as a table in Markdown.
-    pub fn markdown(&self) -> String {
+    /// The figures as lines of a name and its values, for people.
+    pub fn table(&self) -> String {
         let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
-        format!(
-            "| orders | |\n|---|---|\n| finished | {finished} ({:.0} an hour) |\n| late | {} |\n\
-             | unserved | {} (longest {:.0} s) |\n\
-             | failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
-             | seconds | mean | p50 | p99 | longest |\n|---|---|---|---|---|\n{}{}",
-            self.orders_per_hour,
-            self.late,
-            self.unserved,
-            self.longest_unserved_secs,
-            self.waiting.row("waiting"),
-            self.service.row("service"),
-        )
+        let mut orders = format!("{finished} finished ({:.0} an hour)", self.orders_per_hour);
+        if self.unserved > 0 {
+            let (count, secs) = (self.unserved, self.longest_unserved_secs);
+            let _ = write!(orders, ", {count} not begun (for {secs:.0} s at most)");
+        }
+        for (count, word) in [
+            (self.late, "late"),
+            (failed, "failed"),
+            (cancelled, "cancelled"),
+            (unroutable, "unroutable"),
+        ] {
+            if count > 0 {
+                let _ = write!(orders, ", {count} {word}");
+            }
+        }
+        let lines = [self.waiting.line("waiting time"), self.service.line("service time")];
+        format!("{:<13} {orders}\n{}", "orders", lines.into_iter().flatten().collect::<String>())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_table_tells_only_what_there_is() {
+        let orders = ByState { finished: 12, ..ByState::default() };
+        let figures = Figures { orders, orders_per_hour: 24.0, ..Figures::default() };
+        assert_eq!(figures.table(), "orders        12 finished (24 an hour)\n");
+        let late = Figures { late: 2, service: Durations::of(&[4.0, 8.0]), ..figures };
+        assert_eq!(
+            late.table(),
+            "orders        12 finished (24 an hour), 2 late\nservice time  median 4.0 s, 99th \
+             percentile 8.0 s, longest 8.0 s, mean 6.0 s\n"
+        );
+    }
 
     #[test]
     fn percentiles_are_values_that_occurred() {
