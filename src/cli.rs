@@ -70,7 +70,7 @@ pub enum Command {
     },
     /// Change the speed: simulated seconds per wall second.
     Speed {
-        /// A factor from 0.001 to 1000, or max.
+        /// Factor from 0.001 to 1000, or max.
         speed: Speed,
         #[command(flatten)]
         target: Target,

@@ -50,7 +50,7 @@ const PLUGINS: &[BuiltIn] = &[
     BuiltIn {
         name: "hello",
         about: "Print the fleet's centre: the smallest plugin, to copy",
-        run: run_hello,
+        run: |args| regatta_plugin::run_from(regatta_hello::Centre, args),
         make: Some(|_| Ok(Box::new(regatta_hello::Centre))),
         add_options: regatta_plugin::Options::augment_args,
     },
@@ -108,14 +108,6 @@ const PLUGINS: &[BuiltIn] = &[
         add_options: |_| regatta_validator::Cli::command(),
     },
 ];
-
-fn run_hello(mut args: Vec<String>) -> regatta_plugin::Result {
-    // The plugin's help begins with the name of its program.
-    if let Some(program) = args.first_mut() {
-        *program = "regatta plugin hello".to_owned();
-    }
-    regatta_plugin::run_from(regatta_hello::Centre, args)
-}
 
 #[derive(Args)]
 pub struct PluginArgs {
@@ -223,7 +215,10 @@ pub fn run(args: PluginArgs) -> Result<(), Failure> {
         return Ok(());
     }
     let plugin = PLUGINS.iter().find(|plugin| plugin.name == name).ok_or_else(|| unknown(name))?;
-    (plugin.run)(args.name_and_args).map_err(plugin_failure)
+    // The help begins with the name of the program.
+    let program = format!("regatta plugin {name}");
+    let args = std::iter::once(program).chain(args.name_and_args.iter().skip(1).cloned());
+    (plugin.run)(args.collect()).map_err(plugin_failure)
 }
 
 #[cfg(test)]

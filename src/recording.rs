@@ -12,7 +12,7 @@ use crate::output::show;
 /// Options of `regatta info`.
 #[derive(Args)]
 pub struct InfoArgs {
-    /// The recording
+    /// Recording
     file: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -32,7 +32,7 @@ pub fn info(args: &InfoArgs) -> Result<(), Failure> {
 /// Options of `regatta validate`.
 #[derive(Args)]
 pub struct ValidateArgs {
-    /// The recording
+    /// Recording
     file: PathBuf,
     #[command(flatten)]
     judge: JudgeOptions,

@@ -28,6 +28,12 @@ use crate::failure::{Failure, plugin_failure};
 use crate::trust::TrustArgs;
 use crate::{user_files, version};
 
+/// Groups of options in the help.
+const QUESTION: &str = "Question";
+const PRECISION: &str = "Precision";
+const RUNS: &str = "Runs";
+const OUTPUT: &str = "Results";
+
 /// Exit code of a study that found contacts, whose runs failed in part, or that has no answer for
 /// its first variant.
 const FOUND: u8 = 1;
@@ -39,55 +45,61 @@ pub struct StudyArgs {
     plant: PathBuf,
     /// Numbers of robots: a range, doubled and then refined around the knee, or a list [default:
     /// 1..1000]
-    #[arg(long, value_name = "FROM..TO")]
+    #[arg(long, value_name = "FROM..TO", help_heading = QUESTION)]
     robots: Option<Robots>,
     /// Simulated time of a run [default: 30min]
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", help_heading = QUESTION)]
     duration: Option<Time>,
     /// Least and largest number of seeds of a point [default: 3..10]
-    #[arg(long, value_name = "LEAST..MOST", value_parser = parse_seeds)]
+    #[arg(long, value_name = "LEAST..MOST", value_parser = parse_seeds, help_heading = PRECISION)]
     seeds: Option<(u64, u64)>,
-    /// A setting and the values to compare, such as max_speed=1,1.5 or layout=a.yaml,b.yaml; may be
+    /// Setting and the values to compare, such as max_speed=1,1.5 or layout=a.yaml,b.yaml; may be
     /// repeated
-    #[arg(long, value_name = "NAME=VALUES")]
+    #[arg(long, value_name = "NAME=VALUES", help_heading = QUESTION)]
     vary: Vec<Axis>,
     /// Command line of a manager of your own, which gets --fleet; compared with ours and the bound
-    #[arg(long, value_name = "COMMAND")]
+    #[arg(long, value_name = "COMMAND", help_heading = QUESTION)]
     manager: Option<String>,
     /// Add the bound: the same robots, driving through each other
-    #[arg(long)]
+    #[arg(long, help_heading = QUESTION)]
     bound: bool,
     /// Number of bottlenecks to relieve [default: 3]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = QUESTION)]
     reliefs: Option<usize>,
     /// Ticks and frames per simulated second
     #[arg(
         long,
         value_name = "HZ",
         default_value_t = 10,
-        value_parser = clap::value_parser!(u32).range(10..=1000)
+        value_parser = clap::value_parser!(u32).range(10..=1000),
+        help_heading = PRECISION
     )]
     rate: u32,
     /// Folder of the study; an interrupted study continues there [default: study-NAME]
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", help_heading = OUTPUT)]
     output: Option<PathBuf>,
     /// Runs side by side on this machine [default: the number of cores]
-    #[arg(short, long, value_name = "N", conflicts_with = "on")]
+    #[arg(short, long, value_name = "N", conflicts_with = "on", help_heading = RUNS)]
     jobs: Option<std::num::NonZeroUsize>,
     /// Run engine, manager and observers of each run as processes of their own, not in one
-    #[arg(long, conflicts_with_all = ["on", "export_jobs"])]
+    #[arg(long, conflicts_with_all = ["on", "export_jobs"], help_heading = RUNS)]
     processes: bool,
     /// Cluster that executes the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
-    #[arg(long, value_name = "ADDRESS", value_parser = parse_address)]
+    #[arg(long, value_name = "ADDRESS", value_parser = parse_address, help_heading = RUNS)]
     on: Option<String>,
     /// Only write the first runs as a job array to this folder, for Slurm or a shell
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["on", "jobs", "output"])]
+    #[arg(
+        long,
+        value_name = "FOLDER",
+        conflicts_with_all = ["on", "jobs", "output"],
+        help_heading = RUNS
+    )]
     export_jobs: Option<PathBuf>,
     /// Record one run of the first variant at its knee
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     record: bool,
     /// Use results in the folder that other users or machines have made
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     foreign_results: bool,
     #[command(flatten)]
     trust: TrustArgs,

@@ -13,6 +13,7 @@ mod fleet;
 mod fleet_manager;
 mod fleets;
 mod graph_command;
+mod help_texts;
 mod hostile;
 mod in_process;
 mod lockstep;

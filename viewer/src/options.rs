@@ -93,7 +93,7 @@ pub struct Options {
     /// metres
     #[arg(long, value_name = "VIEW", default_value = "fit", allow_hyphen_values = true)]
     pub camera: CameraOption,
-    /// A named camera, for --camera and the View panel; VIEW as above
+    /// Named camera, for --camera and the View panel; VIEW as above
     #[arg(long, value_name = "NAME=VIEW")]
     pub bookmark: Vec<Bookmark>,
     /// Follow this robot from behind

@@ -26,7 +26,7 @@ const TYPES_WAIT: Duration = Duration::from_millis(500);
 
 /// The command line of `regatta plugin collision`.
 #[derive(Clone, Debug, Parser)]
-#[command(about = "Marks robots that collide, now or soon, as the column 'collision'")]
+#[command(about = "Find robots that collide, now or soon, and mark them in the column 'collision'")]
 pub struct Cli {
     /// Distance below which two robots are a possible collision, in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.2, allow_negative_numbers = true)]

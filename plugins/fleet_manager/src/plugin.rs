@@ -37,9 +37,7 @@ type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
 
 /// The command line of `regatta plugin fleet-manager`.
 #[derive(Clone, Debug, Parser)]
-#[command(
-    about = "Carries out transport orders: steers the robots of a fleet so that they never touch"
-)]
+#[command(about = "Carry out transport orders, with robots that never touch each other")]
 pub struct Cli {
     /// The orders.
     #[command(flatten)]
@@ -51,7 +49,7 @@ pub struct Cli {
     /// Compute the roads of large worlds at each start
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
-    /// The planner that decides which way robots go
+    /// Planner that decides which way robots go
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
     /// Let robots drive through each other: an upper bound for any management

@@ -12,8 +12,7 @@ use crate::meter::{Figures, Meter};
 /// The command line of `regatta plugin meter`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Measures the finished orders of a fleet over time, their duration, and the effort of \
-             robots"
+    about = "Measure the throughput of the fleet: orders, their times, and the effort of robots"
 )]
 pub struct Cli {
     /// At the end, write the figures to this file as JSON

@@ -28,8 +28,8 @@ const ROW_PERIOD: Duration = Duration::from_secs(1);
 
 /// The command line of `regatta plugin metrics`.
 #[derive(Clone, Debug, Parser)]
-#[command(bin_name = "regatta plugin metrics", max_term_width = 100)]
-#[command(about = "Exports a fleet's metrics to Prometheus, and writes them as CSV")]
+#[command(max_term_width = 100)]
+#[command(about = "Export metrics to Prometheus, and write them as CSV")]
 pub struct Cli {
     /// Serve http://IP:PORT/metrics to clients with the token; port 0 is any free one [default: at
     /// a Unix socket of this user]

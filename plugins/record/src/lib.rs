@@ -58,7 +58,7 @@ use sink::{Division, Sink};
 pub struct RecordArgs {
     #[command(flatten)]
     options: Options,
-    /// The file to write [default: the fleet's name and the date and time, with .mcap]
+    /// File to write [default: the fleet's name and the date and time, with .mcap]
     #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
     output: Option<PathBuf>,
     /// Overwrite the file if it exists
@@ -141,7 +141,7 @@ fn recorder(args: &RecordArgs) -> Result<Recorder> {
 
 /// The command line of the plugin.
 #[derive(Parser)]
-#[command(name = "record", about = "Records a fleet to an MCAP file")]
+#[command(name = "record", about = "Record the fleet to an MCAP file")]
 struct Cli {
     #[command(flatten)]
     args: RecordArgs,

@@ -26,12 +26,12 @@ use svg::{Area, begin};
 /// Options of `regatta plot`.
 #[derive(Args, Clone, Debug)]
 pub struct PlotArgs {
-    /// The recording
+    /// Recording
     file: PathBuf,
-    /// The robot's id
+    /// Id of the robot
     #[arg(long, value_name = "ID")]
     robot: u32,
-    /// The picture to write: a .png or .svg file
+    /// Picture to write: a .png or .svg file
     #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
     output: PathBuf,
     /// Overwrite the picture if it exists

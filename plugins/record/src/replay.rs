@@ -27,9 +27,9 @@ use stage::Stage;
 /// Options of `regatta replay`.
 #[derive(Args, Clone, Debug)]
 pub struct ReplayArgs {
-    /// The recording
+    /// Recording
     file: PathBuf,
-    /// The fleet to publish it as
+    /// Fleet to publish it as
     #[arg(long, value_name = "NAME", default_value_t)]
     fleet: FleetName,
     /// Recorded seconds per wall second: a factor from 0.001 to 1000, or max

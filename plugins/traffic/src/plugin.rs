@@ -28,8 +28,7 @@ const LONGEST_GAP_SECS: f64 = 10.0;
 /// The command line of `regatta plugin traffic`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Publishes the traffic on each edge: occupancy, throughput, speed, waiting, contacts, \
-             routes"
+    about = "Publish figures of each edge: occupancy, throughput, speed, waiting, contacts, routes"
 )]
 pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file

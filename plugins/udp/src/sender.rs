@@ -16,9 +16,9 @@ use crate::packer::Packer;
 use crate::socket::{Listen, Socket, resolve_receiver};
 use crate::tally::{Effort, EverySecond};
 
-/// Sends a fleet's poses as text in UDP datagrams: lines `id,x,y,theta`
+/// Send poses over UDP, as lines `id,x,y,theta`
 #[derive(Parser, Debug)]
-#[command(name = "udp", bin_name = "regatta plugin udp", max_term_width = 100)]
+#[command(name = "udp", max_term_width = 100)]
 #[command(mut_arg("rate", |rate| rate.help("Frames per second to send, or 'all' [default: 50]")))]
 #[command(mut_arg("verbose", |verbose| verbose.help(
     "Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv for \

@@ -29,9 +29,9 @@ use intake::Intake;
 /// The largest value of `--max-robots`.
 const MAX_ROBOTS: i64 = 1 << 24;
 
-/// Makes a fleet from poses that arrive in UDP datagrams as lines `id,x,y,theta`
+/// Publish poses that are received over UDP as a fleet, from lines `id,x,y,theta`
 #[derive(Parser, Debug)]
-#[command(name = "udp-source", bin_name = "regatta plugin udp-source", max_term_width = 100)]
+#[command(name = "udp-source", max_term_width = 100)]
 struct SourceOptions {
     /// Receive at this address; a port without a host is on the loopback interface
     #[arg(long, value_name = "[HOST:]PORT")]

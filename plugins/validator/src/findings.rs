@@ -50,7 +50,7 @@ pub enum Kind {
     DoneTwice,
     /// An order wasn't finished for a long time.
     Unserved,
-    /// No way of the layout leads a robot to the stops of an order from where robots are.
+    /// No robot can carry an order out: no way leads to its stops, or its robot isn't in the fleet.
     Unroutable,
     /// A robot did nothing for a long time while orders waited.
     Idle,

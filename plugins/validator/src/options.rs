@@ -37,7 +37,7 @@ pub struct JudgeOptions {
     /// this long without coming to a stop
     #[arg(long, value_name = "TIME", default_value = "10min")]
     stuck_after: humantime::Duration,
-    /// The number of examples of each kind in the report
+    /// Number of examples of each kind in the report
     #[arg(long, value_name = "N", default_value = "10")]
     examples: usize,
 }

@@ -23,8 +23,8 @@ const TYPES_WAIT: Duration = Duration::from_secs(2);
 
 /// The command line of `regatta plugin validator`.
 #[derive(Clone, Debug, Parser)]
-#[command(bin_name = "regatta plugin validator", max_term_width = 100)]
-#[command(about = "Validates a fleet: contacts, motion, orders; fails if there are findings")]
+#[command(max_term_width = 100)]
+#[command(about = "Validate the fleet: contacts, motion, orders; fail if there are findings")]
 pub struct Cli {
     /// Options of the judgement and its report.
     #[command(flatten)]

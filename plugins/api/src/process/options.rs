@@ -45,13 +45,13 @@ use crate::records::name::{FleetName, NameError};
 /// ```
 #[derive(Args, Clone, Debug)]
 pub struct Options {
-    /// The fleet to read
+    /// Fleet to read
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
     /// Frames per second to read, or 'all' [default: the plugin's own]
     #[arg(long, value_name = "N")]
     pub rate: Option<Rate>,
-    /// The name to go by, in lockstep and in `regatta doctor` [default: the program's name]
+    /// Name to go by, in lockstep and in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
     /// In lockstep, handle each tick after this plugin has; may be repeated

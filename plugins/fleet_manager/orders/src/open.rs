@@ -19,14 +19,14 @@ use super::web::{self, Web, WebError};
 /// The sources of a manager's orders, and their store.
 #[derive(Args, Clone, Debug, Default)]
 pub struct OrderSettings {
-    /// A file of transport orders with times, YAML or CSV
+    /// File of transport orders with times, YAML or CSV
     #[arg(long, value_name = "FILE")]
     pub orders: Option<PathBuf>,
-    /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta
+    /// YAML file with a load: generators of orders [default: that of the scenario, under `regatta
     /// run`]
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
-    /// The seed of the load, instead of its own
+    /// Seed of the load, instead of its own
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Keep orders in this SQLite file: they survive the manager [default: in memory]
@@ -36,7 +36,7 @@ pub struct OrderSettings {
     /// Unix socket of this user, which `regatta orders` finds]
     #[arg(long, value_name = "ADDRESS")]
     pub http: Option<SocketAddr>,
-    /// A file with the token that requests to that address must have; addresses other than loopback
+    /// File with the token that requests to that address must have; addresses other than loopback
     /// need one [default: this user's token, which `regatta orders` finds]
     #[arg(long, value_name = "FILE", requires = "http")]
     pub token_file: Option<PathBuf>,

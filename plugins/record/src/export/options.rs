@@ -14,21 +14,21 @@ use crate::arguments::{RobotIds, path_parser};
 #[command(group = ArgGroup::new("target").required(true).multiple(true)
     .args(["output", "csv", "parquet"]))]
 pub struct ExportArgs {
-    /// The recording
+    /// Recording
     pub(super) file: PathBuf,
     /// Write this file, if its name ends with .csv or .parquet, or else files in this folder
     #[arg(short, long, value_name = "PATH", value_parser = path_parser())]
     output: Option<PathBuf>,
-    /// The format of files in a folder
+    /// Format of files in a folder
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = Format::Csv)]
     format: Format,
-    /// The tables to write
+    /// Tables to write
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',', default_value = "frames")]
     topics: Vec<Table>,
     /// Write one CSV file of all robots' frames, robots.csv, instead of one per robot
     #[arg(long)]
     long: bool,
-    /// The same as --output FOLDER --format csv
+    /// Same as --output FOLDER --format csv
     #[arg(long, value_name = "FOLDER")]
     csv: Option<PathBuf>,
     /// Write one Parquet file, whatever its name
