@@ -11,7 +11,9 @@ use clap::{Args, Subcommand};
 use regatta_layout::generate::{Grid, Warehouse};
 use regatta_layout::model::info::Info;
 use regatta_layout::traffic::Certificate;
-use regatta_layout::{FileText, Format, GraphError, ReadOptions, RouteGraph, draw};
+use regatta_layout::{
+    FileText, Format, GraphError, ReadOptions, RouteGraph, WRITTEN_FORMATS, draw,
+};
 use regatta_scenario::is_scenario;
 
 use self::traffic::TrafficArgs;
@@ -25,8 +27,6 @@ use crate::progress::Progress;
 pub enum GraphCommand {
     /// List all problems of a route graph or a scenario; exit code 0 if it can be driven
     Check {
-        #[command(flatten)]
-        file: FileArgs,
         /// Print JSON
         #[arg(long)]
         json: bool,
@@ -37,14 +37,16 @@ pub enum GraphCommand {
         fix: Option<Destination>,
         #[command(flatten)]
         force: Force,
+        #[command(flatten)]
+        file: FileArgs,
     },
     /// Print counts, length, bounding box, speeds and components
     Info {
-        #[command(flatten)]
-        file: FileArgs,
         /// Print JSON
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        file: FileArgs,
     },
     /// Generate a route graph of any size
     #[command(arg_required_else_help = false)]
@@ -54,8 +56,6 @@ pub enum GraphCommand {
     },
     /// Draw a map as SVG or PNG
     Draw {
-        #[command(flatten)]
-        file: FileArgs,
         /// SVG or PNG file to write; - for SVG on standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
@@ -63,20 +63,22 @@ pub enum GraphCommand {
         traffic: TrafficArgs,
         #[command(flatten)]
         force: Force,
+        #[command(flatten)]
+        file: FileArgs,
     },
     /// Write a layout in another format: ours, LIF, Nav2 or openTCS
     Convert {
-        #[command(flatten)]
-        file: FileArgs,
         /// File to write; - for standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
         /// Format to write; by the file ending (.yaml, .json, .geojson, .xml) if not given
         #[arg(long, value_name = "FORMAT")]
-        #[arg(value_parser = one_of::<Format>(Format::ALL.iter().map(|format| format.name())))]
+        #[arg(value_parser = one_of::<Format>(WRITTEN_FORMATS.iter().map(|format| format.name())))]
         to: Option<Format>,
         #[command(flatten)]
         force: Force,
+        #[command(flatten)]
+        file: FileArgs,
     },
     /// List the differences between two layouts; exit code 1 if there are any
     Diff {

@@ -31,9 +31,9 @@ pub struct NewArgs {
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    layout: LayoutArgs,
-    #[command(flatten)]
     force: Force,
+    #[command(flatten)]
+    layout: LayoutArgs,
 }
 
 /// Runs `regatta new`.

@@ -44,4 +44,4 @@ pub use read::file::{BackgroundError, GraphError, MAX_FILE_BYTES, read_file, rea
 pub use read::{companions, parse, parse_fixed, read};
 pub use regatta_base::bezier::CubicBezier;
 pub use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, NodeIndex, Rotation, SMOOTH_TURN};
-pub use write::write;
+pub use write::{WRITTEN_FORMATS, write};

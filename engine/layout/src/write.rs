@@ -58,6 +58,10 @@ fn is_straight(cubic: &CubicBezier, tolerance: f64) -> bool {
     cubic.control_points.iter().zip(even).all(|(point, even)| point.distance(even) <= tolerance)
 }
 
+/// The formats that have a writer.
+pub const WRITTEN_FORMATS: [Format; 4] =
+    [Format::Regatta, Format::Lif, Format::Nav2, Format::OpenTcs];
+
 /// Writes a graph in a format; `None` if there is no writer for it.
 ///
 /// ```
