@@ -74,6 +74,7 @@ from regatta._frames import Frames
 from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
 from regatta._ownership import Ownership
 from regatta._rate import checked_rate
+from regatta._read import Recording, read
 from regatta._routes import Route
 from regatta._run import RunError, RunResult, run
 from regatta._world import Orientation, World, Zone
@@ -227,6 +228,7 @@ __all__ = [
     "Orientation",
     "PublishError",
     "ReadError",
+    "Recording",
     "Refusal",
     "RefusedError",
     "RobotState",
@@ -256,6 +258,7 @@ __all__ = [
     "frames",
     "join",
     "parser",
+    "read",
     "route",
     "routes",
     "run",

@@ -76,6 +76,10 @@ class Frames(Open):
         else:
             time.sleep(min(seconds, SLICE))
 
+    def _is_over(self) -> bool:
+        """Whether no frame will come any more. A live fleet may always get another engine."""
+        return False
+
     def __iter__(self) -> Iterator[Frame]:
         limiter, lockstep = RateLimiter(self._rate), self._lockstep
         silence = Silence(self._frames, self._fleet._node)
@@ -89,6 +93,8 @@ class Frames(Open):
                 # Also before a tick that the program doesn't get is reported: in lockstep, each tick's records count.
                 self._fleet._receive_records()
                 if frame is None:
+                    if self._is_over():
+                        return
                     silence.check()
                     lockstep.update()
                     self._fleet._update_columns()

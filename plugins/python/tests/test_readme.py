@@ -10,9 +10,6 @@ from pathlib import Path
 import pytest
 from conftest import PATIENCE, ROOT, Engine, binary, eventually
 
-RUNS = "regatta.run("
-"""Such a program needs no fleet."""
-
 BLOCKS = [
     pytest.param(textwrap.dedent(block), id=f"{readme.parent.name}-{number}")
     for readme in (ROOT / "plugins/README.md", ROOT / "plugins/python/README.md")
@@ -20,7 +17,13 @@ BLOCKS = [
 ]
 
 
-PROGRAMS = [block for block in BLOCKS if RUNS not in str(block.values[0])]
+RUNS = "regatta.run("
+"""Such a program needs no fleet."""
+READS = "regatta.read("
+"""Such a program needs a recording."""
+
+PROGRAMS = [block for block in BLOCKS if not any(word in str(block.values[0]) for word in (RUNS, READS))]
+READINGS = [block for block in BLOCKS if READS in str(block.values[0])]
 WHOLE_RUNS = [block for block in BLOCKS if RUNS in str(block.values[0])]
 
 
@@ -42,3 +45,18 @@ def test_a_whole_run_in_a_readme_runs(code: str) -> None:
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=True
     )
     assert re.fullmatch(r"10 \S+ \S+ {}\n20 \S+ \S+ {}\n40 \S+ \S+ {}\n", ended.stdout), ended.stdout
+
+
+@pytest.mark.parametrize("code", READINGS)
+def test_a_recording_in_a_readme_is_read(code: str, tmp_path: Path) -> None:
+    scenario = tmp_path / "recorded.yaml"
+    scenario.write_text(f"graph: {ROOT}/graphs/square.yaml\nrobots: [{{count: 3, routes: random}}]\nplugins: [record]\n")
+    environment = os.environ | {"REGATTA_PROGRAM": str(binary())}
+    command = [binary(), "run", scenario, "--in-process", "--simulated", "1s", "--rate", "10"]
+    subprocess.run([str(part) for part in command], cwd=tmp_path, check=True, capture_output=True)
+    recorded = next(tmp_path.glob("*.mcap"))
+    recorded.rename(tmp_path / "run.mcap")
+    ended = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    assert len(re.findall(r"^tick \d+: 3 robots at [\d.]+ m/s$", ended.stdout, re.MULTILINE)) == 11, ended.stdout
