@@ -201,7 +201,7 @@ fn workers(args: &StudyArgs, watcher: &Terminal) -> Result<Box<dyn Workers>, Fai
     };
     let python = std::env::var_os("REGATTA_PYTHON").unwrap_or_else(|| "python3".into());
     let mut command = Command::new(python);
-    command.args(["-m", "regatta.study", address]).env("REGATTA_STUDY_VERSION", version::short());
+    command.args(["-m", "regatta.cluster", address]).env("REGATTA_STUDY_VERSION", version::short());
     let adapter = Adapter::start(command, &|| watcher.is_interrupted())?;
     Ok(Box::new(adapter))
 }

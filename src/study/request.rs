@@ -132,7 +132,7 @@ fn variants(
         for variant in &variants {
             for value in values {
                 let separator = if variant.name.is_empty() { "" } else { ", " };
-                let name = format!("{}{separator}{}", variant.name, words(*setting, value));
+                let name = format!("{}{separator}{}", variant.name, words(*setting, value, values));
                 let with = variant.clone().with(*setting, value, options);
                 let mut with = with.map_err(|error| error.with_name(&name))?;
                 with.name = name;
@@ -189,11 +189,15 @@ fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// The value of a setting in words.
-fn words(setting: Setting, value: &Value) -> String {
+/// The value of a setting in words, told from its other values.
+fn words(setting: Setting, value: &Value, values: &[Value]) -> String {
     let value = plain(value);
     match setting {
-        Setting::Layout => title(Path::new(&value)),
+        Setting::Layout => {
+            let name = title(Path::new(&value));
+            let same = values.iter().filter(|other| title(Path::new(&plain(other))) == name);
+            if same.count() > 1 { value } else { name }
+        }
         _ => format!("{} {value}", setting.name().replace('_', " ")),
     }
 }

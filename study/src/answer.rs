@@ -61,6 +61,8 @@ pub struct VariantAnswer {
     pub left_out: Vec<String>,
     /// Whether the load was made for the layout: each robot has an order at any time.
     pub is_load_made_up: bool,
+    /// Whether orders are always open, so that the load is never the limit.
+    pub is_load_endless: bool,
     /// The reason why orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
     /// The length and the width of the robots, in metres: those of the largest type.
@@ -244,6 +246,7 @@ impl VariantAnswer {
             load: variant.load_in_words(),
             left_out: variant.left_out.clone(),
             is_load_made_up: variant.is_load_made_up(),
+            is_load_endless: variant.is_load_endless(),
             other_stops: variant.other_stops.clone(),
             robot_size: variant.size(),
             edges: variant.graph.edges().len(),

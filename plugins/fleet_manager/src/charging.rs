@@ -211,6 +211,12 @@ impl Charging {
         }
     }
 
+    /// Whether a robot charges, or drives to a charger.
+    pub fn is_charging(&self, robot: u32) -> bool {
+        let robot = self.robots.get(robot as usize);
+        robot.is_some_and(|robot| matches!(robot.phase, Phase::Going(_) | Phase::Charging(_)))
+    }
+
     /// Whether a robot may get an order.
     pub fn may_work(&self, robot: u32) -> bool {
         let Some(robot) = self.robots.get(robot as usize) else { return true };

@@ -104,6 +104,11 @@ impl Manager {
         &mut self.orders
     }
 
+    /// Whether a robot has an order, and isn't at its stop.
+    pub(crate) fn is_on_its_way(&self, robot: u32) -> bool {
+        matches!(self.progress.get(robot as usize), Some(Progress::Driving(_)))
+    }
+
     /// Takes the warnings of the last cycles.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)

@@ -231,8 +231,8 @@ impl FleetManager {
         frame: &Frame<'_>,
     ) -> Result<(Box<dyn Planner>, Settings)> {
         let is_in_turn = self.cli.in_turn;
-        let make_orders = || {
-            let mut orders = orders.for_rehearsal();
+        let make_orders = |number| {
+            let mut orders = orders.for_rehearsal(number);
             if is_in_turn {
                 orders.set_assigner(InTurn);
             }

@@ -7,7 +7,6 @@
 
 mod body;
 
-use std::cmp::Reverse;
 use std::sync::Arc;
 
 use glam::vec2;
@@ -21,23 +20,28 @@ use crate::roads::{Leg, Roads};
 
 /// Simulated seconds of a cycle.
 const CYCLE_SECS: f64 = 0.2;
+/// The number of rehearsals with each planner, with orders of their own: some jams are rare.
+const REHEARSALS: u64 = 3;
 /// The longest rehearsal, and the shortest that tells planners apart, in simulated seconds.
 const MOST_SECS: f64 = 900.0;
 const LEAST_SECS: f64 = 100.0;
-/// The cycles of a rehearsal times its robots: about a second of work in any plant.
-const MOST_ROBOT_CYCLES: f64 = 60e3;
+/// The cycles of all rehearsals with a planner times the robots: about a second of work.
+const MOST_ROBOT_CYCLES: f64 = 120e3;
 /// The same for committed ways, whose searches look at all nodes: cycles times robots times nodes.
-const MOST_COMMITTED_WORK: f64 = 9e6;
-/// The simulated seconds without a handled stop after which a rehearsal ends: the fleet stands.
-const STANDSTILL_SECS: f64 = 200.0;
-/// The part of the most handled stops from which on a planner carries as much as the best.
-const AS_MUCH: f32 = 0.97;
+const MOST_COMMITTED_WORK: f64 = 12e6;
+/// The simulated seconds for which a robot may stand with an order, away from its stop, until it
+/// counts as stalled.
+const STALL_SECS: f64 = 200.0;
+/// The weight of a rehearsal in which robots stalled.
+const STALLED_WEIGHT: f32 = 0.25;
+/// The part of the best score from which on a planner is as good as the best.
+const AS_GOOD: f32 = 0.97;
 
 /// A fleet before its first cycle, to rehearse with.
 pub struct Rehearsal<'a> {
     roads: &'a Arc<Roads>,
-    /// Makes the orders.
-    orders: &'a dyn Fn() -> OrderPool,
+    /// Makes the orders of each rehearsal.
+    orders: &'a dyn Fn(u64) -> OrderPool,
     /// By robot; `None` if it is absent, or at no road.
     bodies: Vec<Option<Body>>,
     robot_types: &'a [f32],
@@ -48,7 +52,7 @@ impl<'a> Rehearsal<'a> {
     /// empty if all are of the first type.
     pub fn new(
         roads: &'a Arc<Roads>,
-        orders: &'a dyn Fn() -> OrderPool,
+        orders: &'a dyn Fn(u64) -> OrderPool,
         columns: &Columns<'_>,
         robot_types: &'a [f32],
     ) -> Self {
@@ -70,52 +74,66 @@ impl<'a> Rehearsal<'a> {
     }
 
     /// Sorts planners by what the robots carry under them, the best first. The first one stays
-    /// first if it carries about as much as the best. Planners that would take too long to rehearse
-    /// come last.
+    /// first if it is about as good as the best. Planners that would take too long to rehearse come
+    /// last.
     pub fn sort(&self, kinds: &mut [PlannerKind]) {
         kinds.sort_by_key(|kind| self.affordable_secs(*kind) < LEAST_SECS);
         let affordable = kinds.partition_point(|kind| self.affordable_secs(*kind) >= LEAST_SECS);
         let kinds = &mut kinds[..affordable];
         let secs = kinds.iter().map(|kind| self.affordable_secs(*kind)).fold(MOST_SECS, f64::min);
-        let handled: Vec<u32> = kinds.iter().map(|kind| self.handled_stops(*kind, secs)).collect();
-        let as_much = AS_MUCH * handled.iter().copied().max().unwrap_or(0) as f32;
-        let mut ranked: Vec<(u32, PlannerKind)> = Vec::new();
-        for (stops, kind) in handled.into_iter().zip(&*kinds) {
-            ranked.push((if stops as f32 >= as_much { u32::MAX } else { stops }, *kind));
+        let mut scores: Vec<(f32, PlannerKind)> =
+            kinds.iter().map(|kind| (self.score(*kind, secs), *kind)).collect();
+        let as_good = AS_GOOD * scores.iter().map(|(score, _)| *score).fold(0.0, f32::max);
+        for (score, _) in &mut scores {
+            *score = if *score >= as_good { f32::INFINITY } else { *score };
         }
-        ranked.sort_by_key(|(stops, _)| Reverse(*stops));
-        for (kind, (_, sorted)) in kinds.iter_mut().zip(ranked) {
+        scores.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (kind, (_, sorted)) in kinds.iter_mut().zip(scores) {
             *kind = sorted;
         }
     }
 
-    /// The simulated seconds for which a planner can be rehearsed in about a second.
+    /// The simulated seconds for which a planner can be rehearsed several times in about a second.
     fn affordable_secs(&self, kind: PlannerKind) -> f64 {
         let robots = self.bodies.iter().flatten().count().max(1) as f64;
         let cycles = match kind {
             PlannerKind::Committed => MOST_COMMITTED_WORK / robots / f64::from(self.roads.nodes()),
             _ => MOST_ROBOT_CYCLES / robots,
         };
-        cycles * CYCLE_SECS
+        cycles * CYCLE_SECS / REHEARSALS as f64
     }
 
-    /// Returns the number of stops that robots handle under a planner in some simulated seconds.
-    fn handled_stops(&self, kind: PlannerKind, secs: f64) -> u32 {
+    /// Returns the number of stops that robots handle under a planner in all rehearsals, of some
+    /// simulated seconds each. Those in which robots stall count less.
+    fn score(&self, kind: PlannerKind, secs: f64) -> f32 {
+        let mut score = 0.0;
+        for number in 0..REHEARSALS {
+            let (stops, has_stalled) = self.rehearse(kind, secs, number);
+            score += stops as f32 * if has_stalled { STALLED_WEIGHT } else { 1.0 };
+        }
+        score
+    }
+
+    /// Returns the number of stops that robots handle in a rehearsal, and whether a robot stalled.
+    fn rehearse(&self, kind: PlannerKind, secs: f64, number: u64) -> (usize, bool) {
         let (planner, settings) = (kind.plain(self.roads), kind.settings());
-        let mut manager = Manager::new(Arc::clone(self.roads), planner, settings, (self.orders)());
+        let orders = (self.orders)(number);
+        let mut manager = Manager::new(Arc::clone(self.roads), planner, settings, orders);
         let mut fleet = Model { bodies: self.bodies.clone(), ..Model::default() };
-        let (mut handled, mut handled_at) = (0, 0.0);
+        let (mut standing, mut has_stalled) = (vec![0.0; self.bodies.len()], false);
         for cycle in 0..(secs / CYCLE_SECS) as u32 {
             let now_secs = f64::from(cycle) * CYCLE_SECS;
             fleet.cycle(&mut manager, self.roads, self.robot_types, now_secs);
-            let stops = manager.orders().handled_stops();
-            if stops != handled {
-                (handled, handled_at) = (stops, now_secs);
-            } else if now_secs - handled_at > STANDSTILL_SECS {
+            for (robot, standing_secs) in (0..).zip(&mut standing) {
+                let stands = manager.is_on_its_way(robot) && !fleet.moves(robot);
+                *standing_secs = if stands { *standing_secs + CYCLE_SECS } else { 0.0 };
+            }
+            has_stalled |= standing.iter().any(|secs| *secs > STALL_SECS);
+            if standing.iter().all(|secs| *secs > STALL_SECS) {
                 break;
             }
         }
-        handled as u32
+        (manager.orders().handled_stops(), has_stalled)
     }
 }
 
@@ -145,6 +163,11 @@ impl Model {
         for body in bodies.iter_mut().flatten() {
             body.drive(roads, CYCLE_SECS as f32);
         }
+    }
+
+    /// Whether a robot moved in the last cycle.
+    fn moves(&self, robot: u32) -> bool {
+        self.bodies[robot as usize].as_ref().is_some_and(|body| body.speed() > 0.0)
     }
 
     fn show(&mut self, roads: &Roads) {
@@ -187,7 +210,7 @@ mod tests {
         let (zeros, state) = (vec![0.0; robots], vec![RobotState::Idle as u8; robots]);
         let (x, y, speed) = (&zeros, &zeros, &zeros);
         let columns = Columns { x, y, theta: &zeros, speed, s: &s, edge: &edge, state: &state };
-        let orders = || OrderPool::new(known.clone()).for_rehearsal();
+        let orders = |number| OrderPool::new(known.clone()).for_rehearsal(number);
         let mut kinds = KINDS.to_vec();
         Rehearsal::new(&roads, &orders, &columns, &[]).sort(&mut kinds);
         kinds[0]
@@ -233,8 +256,9 @@ mod tests {
             edge: &[NO_EDGE],
             state: &[RobotState::Idle as u8],
         };
-        let orders = || OrderPool::new(known.clone()).for_rehearsal();
+        let orders = |number| OrderPool::new(known.clone()).for_rehearsal(number);
         let rehearsal = Rehearsal::new(&roads, &orders, &columns, &[]);
-        assert!(rehearsal.handled_stops(PlannerKind::Lanes, 900.0) > 20);
+        let (stops, has_stalled) = rehearsal.rehearse(PlannerKind::Lanes, 900.0, 0);
+        assert!(stops > 20 && !has_stalled, "{stops}");
     }
 }

@@ -77,6 +77,7 @@ from regatta._rate import checked_rate
 from regatta._read import Recording, read
 from regatta._routes import Route
 from regatta._run import RunError, RunResult, run
+from regatta._study import Study, StudyError, study
 from regatta._world import Orientation, World, Zone
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
@@ -239,6 +240,8 @@ __all__ = [
     "RunResult",
     "Shape",
     "StopAction",
+    "Study",
+    "StudyError",
     "TakenError",
     "TickReader",
     "TickRecords",
@@ -262,5 +265,6 @@ __all__ = [
     "route",
     "routes",
     "run",
+    "study",
     "world",
 ]

@@ -19,10 +19,12 @@ BLOCKS = [
 
 RUNS = "regatta.run("
 """Such a program needs no fleet."""
+STUDIES = "regatta.study("
 READS = "regatta.read("
 """Such a program needs a recording."""
 
-PROGRAMS = [block for block in BLOCKS if not any(word in str(block.values[0]) for word in (RUNS, READS))]
+PROGRAMS = [block for block in BLOCKS if not any(word in str(block.values[0]) for word in (RUNS, STUDIES, READS))]
+STUDIED = [block for block in BLOCKS if STUDIES in str(block.values[0])]
 READINGS = [block for block in BLOCKS if READS in str(block.values[0])]
 WHOLE_RUNS = [block for block in BLOCKS if RUNS in str(block.values[0])]
 
@@ -45,6 +47,14 @@ def test_a_whole_run_in_a_readme_runs(code: str) -> None:
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=True
     )
     assert re.fullmatch(r"10 \S+ \S+ {}\n20 \S+ \S+ {}\n40 \S+ \S+ {}\n", ended.stdout), ended.stdout
+
+
+@pytest.mark.parametrize("code", STUDIED)
+def test_a_study_in_a_readme_runs(code: str) -> None:
+    environment = os.environ | {"REGATTA_PROGRAM": str(binary())}
+    command = [sys.executable, "-c", code]
+    ended = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert len(re.findall(r"^speed factor \S+ \d [\d.]+ [\d.]+$", ended.stdout, re.MULTILINE)) == 6, ended.stdout
 
 
 @pytest.mark.parametrize("code", READINGS)

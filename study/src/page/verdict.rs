@@ -200,7 +200,7 @@ fn failures(variant: &VariantAnswer) -> Option<String> {
 fn backlog(variant: &VariantAnswer) -> Option<String> {
     let point = variant.points.last()?;
     let open = point.open_orders?.mean;
-    if variant.is_load_made_up || open <= 2.0 * f64::from(point.robots) + 10.0 {
+    if variant.is_load_endless || open <= 2.0 * f64::from(point.robots) + 10.0 {
         return None;
     }
     let robots = robots_in_words(point.robots);
@@ -215,7 +215,7 @@ fn enough(variant: &VariantAnswer) -> Option<String> {
     let knee = variant.knee.as_ref()?;
     let point = variant.points.iter().find(|point| point.robots == knee.robots)?;
     let is_idle = point.utilisation.is_some_and(|part| part.mean < BUSY);
-    if variant.is_load_made_up || !is_idle {
+    if variant.is_load_endless || !is_idle {
         return None;
     }
     Some(format!(

@@ -120,6 +120,11 @@ impl Load {
         Self { rest: keys.chain([endless]).collect(), ..Self::default() }
     }
 
+    /// Whether it always keeps an order open for each robot.
+    pub fn is_endless(&self) -> bool {
+        self.rest.get("endless").is_some_and(|orders| orders == "robots")
+    }
+
     /// Sets the dwell time of all generators.
     pub fn set_dwell(&mut self, dwell: &Value) {
         match &mut self.generators {

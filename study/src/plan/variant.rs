@@ -18,6 +18,8 @@ use crate::job::{IN_TURN, Job, Manager, OPTIONS};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
 pub const FLEET_MANAGER: &str = "fleet-manager";
+/// The options of a fleet manager with files of orders.
+const UNREAD: [&str; 2] = ["--load", "--orders"];
 /// The engine's key of the length of a robot type, and its length and width without one, in metres.
 const LENGTH: &str = "length";
 const DEFAULT_SIZE: [f64; 2] = [0.9, 0.6];
@@ -39,6 +41,8 @@ pub struct Variant {
     pub other_stops: Option<String>,
     /// The whole layout.
     whole: Arc<RouteGraph>,
+    /// The files of the fleet manager that a study doesn't read, in words.
+    unread: Vec<String>,
     /// The program that steers the robots.
     pub manager: Manager,
     /// The stops of the orders, in words.
@@ -98,6 +102,7 @@ impl Variant {
             left_out: Vec::new(),
             other_stops: None,
             whole: read.graph,
+            unread: unread_files(&plugins),
             manager: Manager::BuiltIn(kept_arguments(&plugins)),
             load: "that of the scenario".to_owned(),
             setup,
@@ -131,6 +136,16 @@ impl Variant {
     /// Whether the load was made for the layout, and not given.
     pub fn is_load_made_up(&self) -> bool {
         self.is_load_made_up
+    }
+
+    /// Whether a generator of the load always keeps an order open for each robot, so that the load
+    /// is never the limit.
+    pub fn is_load_endless(&self) -> bool {
+        let Some(load) = &self.setup.load else { return false };
+        match &load.generators {
+            Some(generators) => generators.iter().any(Load::is_endless),
+            None => load.is_endless(),
+        }
     }
 
     /// Returns the load in words, with the time at stops if a load was made up without one.
@@ -230,7 +245,8 @@ impl Variant {
         self.load = format!("each robot has an order at any time, {}", load.words());
         self.other_stops = load.other_stops(&self.whole);
         self.is_load_made_up = true;
-        self.setup.load = Some(match load {
+        let dwell = self.setup.load.take().and_then(|load| load.dwell);
+        let made_up = match load {
             MadeUpLoad::Transports { .. } => {
                 Load::endless([("from", "pick".into()), ("to", "drop".into())])
             }
@@ -242,7 +258,8 @@ impl Variant {
                     ("to", "stops".into()),
                 ])
             }
-        });
+        };
+        self.setup.load = Some(Load { dwell, ..made_up });
         if let Manager::BuiltIn(args) = &mut self.manager
             && !args.iter().any(|arg| arg == IN_TURN)
         {
@@ -281,6 +298,24 @@ fn kept_arguments(plugins: &[PluginEntry]) -> Vec<String> {
         break;
     }
     kept
+}
+
+/// Returns the files of the scenario's fleet manager that a study doesn't read, in words.
+fn unread_files(plugins: &[PluginEntry]) -> Vec<String> {
+    let mut unread = Vec::new();
+    for plugin in plugins {
+        let PluginEntry::Detailed(plugin) = plugin else { continue };
+        if plugin.name != FLEET_MANAGER {
+            continue;
+        }
+        for pair in plugin.args.windows(2).filter(|pair| UNREAD.contains(&&*pair[0])) {
+            unread.push(format!(
+                "the fleet manager's `{} {}`, as a study reads the scenario's `load` only",
+                pair[0], pair[1]
+            ));
+        }
+    }
+    unread
 }
 
 #[cfg(test)]

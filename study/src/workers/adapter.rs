@@ -4,7 +4,7 @@
 //! "result"}` with the paths of files here, and writes `{"workers": N}` once and then `{"id",
 //! "failure"}` for each task that has ended, after it has written the result's file; `"no_room"`
 //! instead of `"failure"` is the reason if the robots don't fit on the layout.
-//! `regatta.study` in the Python package is one, for Dask and for Ray.
+//! `regatta.cluster` in the Python package is one, for Dask and for Ray.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};

@@ -35,7 +35,7 @@ impl Generator {
 
     /// Makes a generator that keeps as many orders open as there are robots, each with one of some
     /// nodes as its stop.
-    pub(super) fn endless(among: Vec<u32>) -> Self {
+    pub(super) fn endless(among: Vec<u32>, seed: u64) -> Self {
         let settings = GeneratorSettings {
             name: String::from("endless"),
             arrival: Arrival::Endless(None),
@@ -44,7 +44,14 @@ impl Generator {
             dwell_secs: DwellSecs::default(),
             deadline_secs: None,
         };
-        Self::new(settings, 0, 1, 0)
+        Self::new(settings, seed, 1, 0)
+    }
+
+    /// Returns a generator of the same kind of orders, with other random numbers; the same one for
+    /// the number 0.
+    pub(super) fn with_other_orders(&self, number: u64) -> Self {
+        let random = if number == 0 { self.random } else { self.random.part(u64::MAX - number) };
+        Self { random, ..self.clone() }
     }
 
     /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs

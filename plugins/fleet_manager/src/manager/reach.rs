@@ -114,18 +114,20 @@ impl<'a> Ways<'a> {
     }
 
     /// Returns the last stop of an order if no way leads on from there, neither to another stop
-    /// nor to a place where a robot is now.
+    /// nor back to a robot that could come.
     fn trap(&mut self, order: &Order) -> Option<u32> {
         let stops = &order.content.stops;
         let last = stops.last()?.node;
         let places = self.present.iter().filter_map(|robot| self.steering.base_end_node(*robot));
-        let mut others = stops.iter().map(|stop| stop.node).chain(places).filter(|at| *at != last);
-        let mut has_others = false;
-        let leads_on = others.any(|at| {
-            has_others = true;
-            self.times.can_reach(last, at)
-        });
-        (has_others && !leads_on).then_some(last)
+        let others = stops.iter().map(|stop| stop.node).chain(places).filter(|at| *at != last);
+        let mut is_trap = false;
+        for at in others.filter(|at| *at != last) {
+            if self.times.can_reach(last, at) {
+                return None;
+            }
+            is_trap |= self.times.can_reach(at, last);
+        }
+        is_trap.then_some(last)
     }
 
     /// Whether a robot is in the fleet, or there are no robots yet.

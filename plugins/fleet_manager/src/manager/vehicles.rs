@@ -83,7 +83,7 @@ impl Manager {
             Some(Progress::Handling(_)) => Activity::Handling,
             _ if state.is_held => Activity::Queued,
             _ if state.waiting_since.is_finite() => Activity::Waiting,
-            _ if self.charging.goal(robot).is_some() => Activity::Charging,
+            _ if self.charging.is_charging(robot) => Activity::Charging,
             _ => match order {
                 Some(order) if order.handled_stops > 0 => Activity::Carrying,
                 Some(_) => Activity::Fetching,

@@ -66,6 +66,11 @@ impl Body {
         Pose { edge, s, speed: self.speed, position: roads.position(roads.start(self.leg)) }
     }
 
+    /// Metres per second; above 0 while it turns on the spot, too.
+    pub fn speed(&self) -> f32 {
+        if self.turning_secs > 0.0 { TURN_SPEED } else { self.speed }
+    }
+
     /// Takes a command. A release of a leg that isn't ahead is ignored.
     pub fn obey(&mut self, command: &Command, roads: &Roads) {
         match command {

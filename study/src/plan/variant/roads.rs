@@ -33,6 +33,7 @@ impl Variant {
         };
         let labels = labels(&self.whole).difference(&labels(&main.graph)).cloned().collect();
         self.left_out = main.left_out.iter().map(ToString::to_string).collect();
+        self.left_out.extend_from_slice(&self.unread);
         self.graph = Arc::new(main.graph);
         self.keep_load(&labels)
     }
@@ -46,7 +47,12 @@ impl Variant {
         match self.whole.with_changes(&changes) {
             Ok(graph) => {
                 self.whole = Arc::new(graph);
-                self.set_roads()
+                self.set_roads()?;
+                // Other stations may be cut off now.
+                if self.is_load_made_up {
+                    self.make_load_up();
+                }
+                Ok(())
             }
             Err(error) => Err(PlanError::Change { file: self.file.clone(), error }),
         }

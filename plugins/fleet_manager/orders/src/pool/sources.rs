@@ -99,18 +99,18 @@ impl OrderPool {
         }
     }
 
-    /// Returns a pool with the same generators, from their present orders on, without a store and
-    /// without clients. Without a generator, robots always have orders to the stops of the known
+    /// Returns a pool with the same generators, without a store and without clients. Rehearsals with
+    /// other numbers than 0 have other orders of the same kinds. Without a generator, robots always have orders to the stops of the known
     /// orders, or else to the nodes with a role, or else to any nodes.
     #[must_use]
-    pub fn for_rehearsal(&self) -> Self {
+    pub fn for_rehearsal(&self, number: u64) -> Self {
         let mut pool = Self::new(self.places.clone());
         for source in &self.sources {
-            let generator = source.generator.clone();
+            let generator = source.generator.with_other_orders(number);
             pool.sources.push(Source { generator, open: 0, unroutable: 0 });
         }
         if pool.sources.is_empty() {
-            let generator = Generator::endless(self.likely_stops());
+            let generator = Generator::endless(self.likely_stops(), number);
             pool.sources.push(Source { generator, open: 0, unroutable: 0 });
         }
         pool

@@ -1,4 +1,4 @@
-"""``python3 -m regatta.study ADDRESS``."""
+"""``python3 -m regatta.cluster ADDRESS``."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import sys
 import warnings
 from typing import TYPE_CHECKING
 
-from regatta.study._adapter import serve
-from regatta.study._clusters import ClusterError, connect
+from regatta.cluster._adapter import serve
+from regatta.cluster._clusters import ClusterError, connect
 
 if TYPE_CHECKING:
-    from regatta.study._run import Ended
+    from regatta.cluster._run import Ended
 
 
 def call(function: str, *arguments: object) -> Ended:
@@ -20,7 +20,7 @@ def call(function: str, *arguments: object) -> Ended:
     loads it too, doesn't need this package."""
     from importlib import import_module
 
-    ended: Ended = getattr(import_module("regatta.study._run"), function)(*arguments)
+    ended: Ended = getattr(import_module("regatta.cluster._run"), function)(*arguments)
     return ended
 
 
@@ -39,7 +39,7 @@ def main(address: str) -> int:
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python3 -m regatta.study ADDRESS (regatta study --on ADDRESS starts it)")
+        sys.exit("usage: python3 -m regatta.cluster ADDRESS (regatta study --on ADDRESS starts it)")
     code = main(sys.argv[1])
     sys.stdout.flush()
     sys.stderr.flush()

@@ -1,4 +1,4 @@
-"""The runs of ``regatta study`` on a cluster: ``regatta study --on ADDRESS`` starts ``python3 -m regatta.study ADDRESS``.
+"""The runs of ``regatta study`` on a cluster: ``regatta study --on ADDRESS`` starts ``python3 -m regatta.cluster ADDRESS``.
 
 That program gets a line of JSON for each task on standard input, ``{"id", "job", "layout", "result"}`` with the paths of
 files, and gives the task to a Dask scheduler (``tcp://`` or ``tls://``) or to Ray (``ray://``). It writes ``{"workers": N}``

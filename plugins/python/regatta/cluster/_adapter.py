@@ -14,8 +14,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from regatta.study._clusters import Cluster, ClusterError, lost
-from regatta.study._run import Ended, content_hash
+from regatta.cluster._clusters import Cluster, ClusterError, lost
+from regatta.cluster._run import Ended, content_hash
 
 MOST_TRIES = 3
 """The number of times that a task is given to the cluster, if its worker is lost each time."""

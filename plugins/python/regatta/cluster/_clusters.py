@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from regatta.study._run import Ended, Job
+from regatta.cluster._run import Ended, Job
 
 REACH_SECS = 3.0
 """The longest time until a connection is accepted."""
