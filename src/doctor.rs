@@ -115,6 +115,9 @@ fn cleanup_result(cleaned: Cleaned) -> CheckResult {
         "cleaned up after {occupants} dead processes and {orphans} orphaned segments: \
          {freed} freed{repaired}"
     );
+    if health::damage().is_some() {
+        return warning(message, "what is named below can't be removed by this user");
+    }
     if failed == 0 {
         return passed(message);
     }

@@ -9,6 +9,7 @@ mod command;
 mod command_line;
 mod control;
 mod determinism;
+mod ending;
 mod fleet;
 mod fleet_manager;
 mod fleets;

@@ -208,6 +208,7 @@ fn what_another_user_puts_in_the_way_is_told_with_the_remedy() {
         let output = place.owner(&["doctor", "--clean"]);
         let printed = text(&output.stdout);
         assert!(!output.status.success() && printed.contains("belongs to user"), "{printed}");
+        assert!(printed.starts_with("warn  cleaned up"), "{printed}");
         let elsewhere = place.own(OWNER).join("elsewhere");
         let mut command = place.regatta(OWNER, OWNER, &["doctor"]);
         let output = Process::start(command.env(RUNTIME_DIR_VARIABLE, &elsewhere)).finish();

@@ -184,6 +184,7 @@ pub use ports::worlds::WorldReader;
 pub use process::domain::{
     DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config, private_directory,
 };
+pub use process::finishing::{FINISHING_VARIABLE, Finishing};
 pub use process::hangup::reopen_on_hangup;
 #[cfg(feature = "shared-memory")]
 pub use process::health;

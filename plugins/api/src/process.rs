@@ -3,6 +3,7 @@
 
 #[cfg(feature = "shared-memory")]
 pub(crate) mod domain;
+pub mod finishing;
 pub mod hangup;
 #[cfg(feature = "shared-memory")]
 pub mod health;

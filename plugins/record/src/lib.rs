@@ -11,6 +11,7 @@ mod export;
 mod info;
 mod mcap_file;
 mod output;
+mod parse;
 mod playback;
 mod plot;
 mod progress;

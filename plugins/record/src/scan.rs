@@ -12,9 +12,10 @@ use mcap::sans_io::{
     IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader,
     LinearReaderOptions,
 };
-use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary, parse_record};
+use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary};
 
 use crate::mcap_file::{MAX_RECORD, RECORD_HEADER, RecordSpan, most_content};
+use crate::parse::parse_record;
 use crate::progress::Progress;
 
 /// The undamaged contents of a recording.

@@ -10,11 +10,13 @@ pub(crate) mod tests;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
+use regatta_plugin::Finishing;
 
 use crate::contacts::ContactList;
 use crate::mcap_file::Compression;
@@ -24,6 +26,8 @@ pub(crate) use parts::Division;
 
 /// The largest amount of messages that wait for the disk. Further messages are dropped.
 const QUEUE_BYTES: usize = 256 << 20;
+/// The time between two looks at the progress of the thread at the end.
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
 /// The error of writing a recording.
 #[derive(Debug, thiserror::Error)]
@@ -133,6 +137,8 @@ enum Job {
 pub(crate) struct Sink {
     jobs: Option<Sender<Job>>,
     queued: Arc<AtomicUsize>,
+    /// The number of messages, and of blocks of files, that are written.
+    progress: Arc<AtomicU64>,
     thread: Option<JoinHandle<(Tally, Option<SinkError>)>>,
     /// The messages that were dropped because the queue was full.
     dropped: Lost,
@@ -145,15 +151,16 @@ impl Sink {
     /// Returns a [`SinkError`] if the file can't be created, or if it exists and isn't to be
     /// overwritten.
     pub fn create(path: &Path, settings: Settings) -> Result<Self, SinkError> {
-        let queued = Arc::default();
-        let drain = Drain::create(path, settings, Arc::clone(&queued))?;
+        let (queued, progress) = (Arc::default(), Arc::default());
+        let drain = Drain::create(path, settings, Arc::clone(&queued), Arc::clone(&progress))?;
         let (sender, jobs) = channel();
         let thread = std::thread::Builder::new()
             .name("recording".to_owned())
             .spawn(move || drain.run(&jobs));
         let thread =
             thread.map_err(|reason| SinkError::Create { path: path.to_owned(), reason })?;
-        Ok(Self { jobs: Some(sender), queued, thread: Some(thread), dropped: Lost::default() })
+        let (jobs, thread) = (Some(sender), Some(thread));
+        Ok(Self { jobs, queued, progress, thread, dropped: Lost::default() })
     }
 
     /// Queues a message, or drops it if the queue is full. Never blocks.
@@ -187,11 +194,27 @@ impl Sink {
     pub fn finish(&mut self, name: &str, facts: &[(&str, String)]) -> (Tally, Option<SinkError>) {
         self.hand_over(Job::End(metadata(name, facts)));
         self.jobs = None;
-        let outcome = self.thread.take().and_then(|thread| thread.join().ok());
+        let outcome = self.thread.take().and_then(|thread| {
+            self.await_end(&thread);
+            thread.join().ok()
+        });
         let (mut tally, error) = outcome.unwrap_or_default();
         tally.lost.frames_dropped = self.dropped.frames_dropped;
         tally.lost.others += self.dropped.others;
         (tally, error)
+    }
+
+    /// Waits for the thread, and says that it saves its work as long as it does.
+    fn await_end<T>(&self, thread: &JoinHandle<T>) {
+        let mut finishing = Finishing::begin();
+        let mut before = 0;
+        while !thread.is_finished() {
+            let now = self.progress.load(Ordering::Relaxed);
+            if std::mem::replace(&mut before, now) != now {
+                finishing.goes_on();
+            }
+            std::thread::sleep(POLL_INTERVAL);
+        }
     }
 }
 

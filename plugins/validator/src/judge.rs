@@ -244,7 +244,7 @@ impl Judge {
         self.now = now;
         self.report.take_frame(frame, ticks);
         self.forget_placed(frame.run_id(), now.tick);
-        self.judge_robots(frame, Gap { seconds, period }, ticks);
+        self.judge_robots(frame, Gap { seconds, period });
         self.judge_orders();
         if now.seconds >= self.next_slow_check {
             self.next_slow_check = now.seconds + 1.0;
@@ -270,9 +270,9 @@ impl Judge {
         self.next_slow_check = self.began_secs;
     }
 
-    fn judge_robots(&mut self, frame: &Frame<'_>, gap: Gap, ticks: u64) {
+    fn judge_robots(&mut self, frame: &Frame<'_>, gap: Gap) {
         self.tracks.resize(frame.len(), Track::NEW);
-        self.stands.begin_frame(frame.len(), frame.tick(), ticks);
+        self.stands.begin_frame(frame.len(), frame.tick());
         self.bodies.clear();
         self.zones.begin_frame(&self.world);
         let columns = frame.columns();
@@ -326,7 +326,7 @@ impl Judge {
                 }
             }
             track.before = Some(*row);
-            self.stands.take(robot, self.now.tick, row);
+            self.stands.take(robot, row);
             self.zones.take(world, robot as u32, row);
             self.bodies.push(robot_type.body(robot as u32, row, world.level(row)));
         } else {

@@ -13,6 +13,7 @@ mod findings;
 mod graph;
 mod judge;
 mod motion;
+mod numbers;
 mod options;
 mod orders;
 mod plugin;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use regatta_plugin::order::{NO_ROBOT, Obstacle, OrderHeader, OrderKind, OrderRecord, StopAction};
 
 use crate::findings::{Finding, Findings, Kind};
+use crate::numbers::Numbers;
 use crate::stands::{Presence, Stands};
 use crate::world_model::WorldModel;
 
@@ -39,14 +40,18 @@ struct Order {
     loads: u32,
     /// The stop at which its robot is, and the tick of the arrival.
     arrived: Option<(u32, u64)>,
-    is_closed: bool,
     reported_unserved: bool,
 }
 
 /// All orders of a run.
 #[derive(Debug, Default)]
 pub(crate) struct Orders {
+    /// The open orders.
     orders: BTreeMap<u64, Order>,
+    /// The orders that are over.
+    closed: Numbers,
+    /// The number of orders so far.
+    count: u64,
     robots: BTreeMap<u32, u64>,
     /// Records that came before the frame of their tick.
     early: VecDeque<(u64, OrderRecord)>,
@@ -115,20 +120,15 @@ impl Orders {
         if kind == OrderKind::Created {
             return self.create(check);
         }
-        match self.orders.get(&number) {
-            Some(order) if order.is_closed => {
-                return check.report(Kind::DoneTwice, "a record after the order's end");
+        if self.closed.contains(number) {
+            return check.report(Kind::DoneTwice, "a record after the order's end");
+        }
+        if !self.orders.contains_key(&number) {
+            if !self.has_gaps {
+                check
+                    .report(Kind::ContradictoryRecords, "a record of an order that wasn't created");
             }
-            Some(_) => {}
-            None => {
-                if !self.has_gaps {
-                    check.report(
-                        Kind::ContradictoryRecords,
-                        "a record of an order that wasn't created",
-                    );
-                }
-                self.add(number, Order { created_secs, ..Order::default() });
-            }
+            self.add(number, Order { created_secs, ..Order::default() });
         }
         if matches!(kind, OrderKind::Assigned | OrderKind::Arrived | OrderKind::Handled) {
             self.progress.push(check.record.robot);
@@ -157,7 +157,7 @@ impl Orders {
 
     fn create(&mut self, check: &mut Check<'_>) {
         let &OrderRecord { order: number, detail: wanted_stops, .. } = check.record;
-        if self.orders.contains_key(&number) {
+        if self.orders.contains_key(&number) || self.closed.contains(number) {
             return check.report(Kind::ContradictoryRecords, "created twice");
         }
         let (is_whole, created_secs) = (true, check.at.seconds);
@@ -168,6 +168,7 @@ impl Orders {
     fn add(&mut self, number: u64, order: Order) {
         self.oldest_secs = self.oldest_secs.min(order.created_secs);
         self.orders.insert(number, order);
+        self.count += 1;
         self.waiting += 1;
     }
 
@@ -278,26 +279,25 @@ impl Orders {
     }
 
     fn close(&mut self, number: u64) {
-        let Some(order) = self.orders.get_mut(&number) else { return };
-        match order.robot.take() {
+        let Some(order) = self.orders.remove(&number) else { return };
+        match order.robot {
             Some(robot) if self.robots.get(&robot) == Some(&number) => {
                 self.robots.remove(&robot);
             }
             Some(_) => {}
             None => self.waiting -= 1,
         }
-        *order = Order { is_closed: true, ..Order::default() };
+        self.closed.add(number);
     }
 
     /// Finds orders that have been open for longer than `after_secs`.
     pub fn judge_waiting(&mut self, now: Now, after_secs: f64, findings: &mut Findings) {
-        // Most orders of a long run are closed.
         if now.seconds - self.oldest_secs <= after_secs {
             return;
         }
         self.oldest_secs = f64::INFINITY;
         for (number, order) in &mut self.orders {
-            if order.is_closed || order.reported_unserved {
+            if order.reported_unserved {
                 continue;
             }
             let age = now.seconds - order.created_secs;
@@ -339,7 +339,7 @@ impl Orders {
     }
 
     pub fn len(&self) -> u64 {
-        self.orders.len() as u64
+        self.count
     }
 }
 
@@ -424,3 +424,6 @@ impl Check<'_> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;

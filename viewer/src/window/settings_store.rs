@@ -222,6 +222,18 @@ mod tests {
         std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_keeps_nobody_waiting() {
+        let path = file("pipe");
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        let made = std::process::Command::new("mkfifo").arg(&path).status().unwrap();
+        assert!(made.success());
+        let message = load(&path).unwrap_err().to_string();
+        assert!(message.contains("a pipe or a device"), "{message}");
+        std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+    }
+
     #[test]
     fn a_missing_file_gives_the_defaults_and_the_error_of_a_broken_one_names_it() {
         let path = file("broken");

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 
 use mcap::records::{ChunkIndex, MessageIndex, Record};
-use mcap::{McapError, McapResult, parse_record};
+use mcap::{McapError, McapResult};
 
 use super::{ReadingError, Recording};
 use crate::mcap_file::{MAX_RECORD, RecordSpan};
+use crate::parse::parse_record;
 use crate::scan::ChunkContent;
 use crate::schema::Topic;
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -34,6 +34,8 @@ pub(super) struct Drain {
     parts: Parts,
     target: Target,
     queued: Arc<AtomicUsize>,
+    /// Counts what is written.
+    progress: Arc<AtomicU64>,
     /// The metadata that each file begins with.
     about: Vec<Metadata>,
     /// The topics so far, in the order of their channels.
@@ -64,6 +66,7 @@ impl Drain {
         path: &Path,
         settings: Settings,
         queued: Arc<AtomicUsize>,
+        progress: Arc<AtomicU64>,
     ) -> Result<Self, SinkError> {
         let mut drain = Self {
             path: path.to_owned(),
@@ -71,6 +74,7 @@ impl Drain {
             parts: Parts::new(path, settings.division, settings.overwrite),
             target: Target::Nowhere,
             queued,
+            progress,
             about: Vec::new(),
             channels: Vec::new(),
             kept: Kept::default(),
@@ -93,6 +97,7 @@ impl Drain {
                 Ok(Job::Message { topic, header, payload }) => {
                     self.queued.fetch_sub(payload.len(), Ordering::Relaxed);
                     self.take(topic, header, payload);
+                    self.progress.fetch_add(1, Ordering::Relaxed);
                 }
                 Ok(Job::About(metadata)) => self.note(metadata),
                 Ok(Job::End(metadata)) => self.end(&metadata),
@@ -263,7 +268,7 @@ impl Drain {
         self.tally.name = self.parts.name();
         self.tally.growth = disk::summary(self.tally.bytes, time, disk::free_space(&self.path));
         if let Some((path, parts)) = self.parts.ring() {
-            match join(path, parts) {
+            match join(path, parts, &self.progress) {
                 Ok(()) => self.tally.name = path.display().to_string(),
                 Err(error) => {
                     regatta_plugin::tell!("record: the files of the ring stay apart: {error}")

@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::Summary;
 
@@ -10,6 +11,9 @@ use crate::mcap_file::RECORD_HEADER;
 use crate::progress::Progress;
 use crate::scan::complete_counts;
 use crate::{reading, repair};
+
+/// The size of the blocks in which files are appended, in bytes.
+const BLOCK: u64 = 4 << 20;
 
 /// The error of joining files.
 #[derive(Debug, thiserror::Error)]
@@ -20,15 +24,16 @@ pub(super) struct JoinError {
 }
 
 /// Appends all files to the first one and renames it to `path`. Each file is removed as soon as its
-/// content is in the first one. The files have the same channels.
+/// content is in the first one. The files have the same channels. `progress` counts their blocks.
 pub(super) fn join<'p>(
     path: &Path,
     mut parts: impl Iterator<Item = &'p Path>,
+    progress: &AtomicU64,
 ) -> Result<(), JoinError> {
     let Some(first) = parts.next() else { return Ok(()) };
     let mut whole = Joined::open(first).map_err(|reason| failed(first, reason))?;
     for part in parts {
-        if let Err(reason) = whole.append(part).and_then(|()| whole.close()) {
+        if let Err(reason) = whole.append(part, progress).and_then(|()| whole.close()) {
             // The parts appended so far can be read, too.
             let _ = repair::close(&mut whole.file, &mut Progress::hidden());
             return Err(failed(part, reason));
@@ -59,14 +64,14 @@ impl Joined {
     }
 
     /// Appends the chunks of another file, without its metadata, and its part of the index.
-    fn append(&mut self, path: &Path) -> io::Result<()> {
+    fn append(&mut self, path: &Path, progress: &AtomicU64) -> io::Result<()> {
         let mut part = File::open(path)?;
         let other = summary(&mut part)?;
         let (from, to) = (data_start(&other), data_end(&other));
         self.file.set_len(self.end)?;
         self.file.seek(SeekFrom::Start(self.end))?;
         part.seek(SeekFrom::Start(from))?;
-        io::copy(&mut part.take(to - from), &mut self.file)?;
+        copy(&mut part, to - from, &mut self.file, progress)?;
         for mut chunk in other.chunk_indexes {
             chunk.chunk_start_offset = chunk.chunk_start_offset - from + self.end;
             for offset in chunk.message_index_offsets.values_mut() {
@@ -102,6 +107,20 @@ impl Joined {
         self.file.seek(SeekFrom::Start(self.end))?;
         self.file.write_all(&repair::index(&self.summary, self.end))
     }
+}
+
+/// Copies so many bytes in blocks.
+fn copy(from: &mut File, bytes: u64, to: &mut File, progress: &AtomicU64) -> io::Result<()> {
+    let mut left = bytes;
+    while left > 0 {
+        let block = left.min(BLOCK);
+        if io::copy(&mut from.take(block), to)? < block {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        left -= block;
+        progress.fetch_add(1, Ordering::Relaxed);
+    }
+    Ok(())
 }
 
 fn summary(file: &mut File) -> io::Result<Summary> {

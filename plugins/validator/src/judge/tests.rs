@@ -322,11 +322,23 @@ fn carrier(tick: u64) -> Row {
 
 /// Judges an order log; records come `late` ticks after their frame.
 fn judged_log(log: &[(u64, OrderRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
+    judged_log_without(log, late, last, 0..0)
+}
+
+/// Judges an order log without the frames of some ticks.
+fn judged_log_without(
+    log: &[(u64, OrderRecord)],
+    late: u64,
+    last: u64,
+    missed: std::ops::Range<u64>,
+) -> Vec<(Kind, u64)> {
     let mut judge = judge();
     // Another test checks the carrier's speed between stops.
     judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
     for tick in 0..=last {
-        show(&mut judge, tick, &[carrier(tick)]);
+        if !missed.contains(&tick) {
+            show(&mut judge, tick, &[carrier(tick)]);
+        }
         for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
             judge.take_orders(
                 &OrderHeader { run_id: 7, tick: *at, ..OrderHeader::default() },
@@ -342,6 +354,19 @@ fn judged_log(log: &[(u64, OrderRecord)], late: u64, last: u64) -> Vec<(Kind, u6
 fn a_transport_as_it_should_be_has_no_findings() {
     assert_eq!(judged_log(&transport(), 0, 400), []);
     assert_eq!(judged_log(&transport(), 7, 400), [], "the log comes late");
+}
+
+#[test]
+fn a_robot_that_leaves_in_a_missed_frame_has_handled_its_stop() {
+    let mut log = transport();
+    log[5].0 = 40;
+    for missed in [38..41, 39..42, 30..60] {
+        assert_eq!(judged_log_without(&log, 7, 400, missed.clone()), [], "{missed:?}");
+    }
+    // Frame 41 shows that it drives.
+    log[5].0 = 41;
+    let found = judged_log_without(&log, 7, 400, 37..41);
+    assert_eq!(found, [(Kind::WrongPlace, 1), (Kind::MovedInDwell, 1)]);
 }
 
 /// The transport with a change.

@@ -40,6 +40,18 @@ fn a_file_that_is_there_is_used() {
 }
 
 #[test]
+fn a_pipe_in_the_place_of_a_file_keeps_nobody_waiting() {
+    let (folder, data) = (tempfile::tempdir().unwrap(), worlds::cells(3));
+    let world = data.view(1, 1);
+    let path = folder.path().join(format!("{PREFIX}{:032x}.bin", key(&world)));
+    assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+    let (roads, written) = Roads::kept(&world, folder.path());
+    written.unwrap();
+    assert_eq!(bytes(&roads), bytes(&Roads::new(&world)));
+    assert!(path.metadata().unwrap().is_file(), "it was replaced");
+}
+
+#[test]
 fn a_damaged_file_is_noticed() {
     let data = worlds::cells(3);
     let world = data.view(1, 1);
