@@ -51,6 +51,12 @@ fn finished(summary: &str) -> u64 {
     line.split_whitespace().nth(1).and_then(|number| number.parse().ok()).unwrap_or(0)
 }
 
+/// The part of the robots' time with an activity, in per cent, as a summary has it.
+fn share(summary: &str, activity: &str) -> f64 {
+    let after = summary.split_once(&format!("{activity} ")).map_or("", |(_, rest)| rest);
+    after.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(0.0)
+}
+
 /// Runs a managed fleet in lockstep for five minutes; returns the digest of its frames.
 fn managed_run(test: &str, robots: usize, robot_type: &str, args: &[&str]) -> String {
     let folder = tempfile::tempdir().expect("a folder");
@@ -219,6 +225,8 @@ fn robots_with_small_batteries_charge_in_time() {
     let (summary, verdict) = (text(&manager.interrupt()), validator.interrupt());
     assert!(verdict.status.success(), "{}\n{summary}", text(&verdict));
     assert!(finished(&summary) > 600, "{summary}");
+    // At chargers, too, and not only on the way to one.
+    assert!(share(&summary, "charging") > 5.0, "{summary}");
 }
 
 /// Waits until a fleet has reached a simulated time in seconds.

@@ -183,6 +183,15 @@ fn an_order_for_a_missing_robot_is_a_finding_and_a_last_stop_without_a_way_on_is
     assert!(trapped.status.success(), "{}", text(&trapped));
     let warning = "order a ends at trap, from which no way leads on";
     assert!(text(&trapped).contains(warning), "{}", text(&trapped));
+    for order in ["stops: [{at: 2}]", "stops: [{at: 1}, {at: 1}]"] {
+        let kept = run(order);
+        assert!(!text(&kept).contains("no way leads on"), "{}", text(&kept));
+    }
+    write(
+        "scenario.yaml",
+        "graph: plant.yaml\nviewer: off\nrobots: [{node: island}]\n\
+         plugins: [{name: fleet-manager, args: [--orders, orders.yaml]}]\n",
+    );
     let kept = run("stops: [{at: 2}]");
     assert!(!text(&kept).contains("no way leads on"), "{}", text(&kept));
 }

@@ -118,6 +118,11 @@ impl<'a> Ways<'a> {
     fn trap(&mut self, order: &Order) -> Option<u32> {
         let stops = &order.content.stops;
         let last = stops.last()?.node;
+        let roads = self.steering.roads();
+        let mut exits = roads.exits(last).iter().map(|leg| roads.end(*leg));
+        if exits.any(|next| self.times.can_reach(next, last)) {
+            return None;
+        }
         let places = self.present.iter().filter_map(|robot| self.steering.base_end_node(*robot));
         let others = stops.iter().map(|stop| stop.node).chain(places).filter(|at| *at != last);
         let mut is_trap = false;

@@ -165,6 +165,47 @@ fn settings_change_what_they_name() {
 }
 
 #[test]
+fn a_made_up_load_keeps_to_the_stations_that_closed_edges_leave() {
+    let cut = format!("{RING}A,A2\nA2,A\n").replace("C,10,10,drop\n", "C,10,10,drop\nA2,0,9,\n");
+    let options = ReadOptions::default();
+    let dwelling = variant(&cut).expect("a variant").with(Setting::Dwell, &json!(7), &options);
+    let closed = dwelling.expect("a dwell time").with(Setting::Closed, &json!([2]), &options);
+    let closed = closed.expect("closed");
+    assert_eq!(
+        setup(&closed)["load"],
+        json!({
+            "endless": "robots", "from": "stops", "to": "stops", "groups": {"stops": [1, 4]},
+            "dwell": 7,
+        })
+    );
+    assert!(closed.other_stops.is_some(), "it tells that there is no drop any more");
+}
+
+#[test]
+fn a_load_is_endless_if_each_robot_has_an_order_at_any_time() {
+    for (load, is_endless) in [
+        ("{endless: robots}", true),
+        ("{endless: 2}", false),
+        ("{per_hour: 90}", false),
+        ("{generators: [{per_hour: 9}, {endless: robots}]}", true),
+    ] {
+        assert_eq!(with_load(load).expect(load).is_load_endless(), is_endless, "{load}");
+    }
+}
+
+#[test]
+fn files_of_orders_that_a_study_does_not_read_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("plant.csv"), RING).expect("written");
+    let path = folder.path().join("s.yaml");
+    let plugin = "{name: fleet-manager, args: [--orders, day.yaml, --planner, lanes]}";
+    let text = format!("graph: plant.csv\nrobots: [{{node: 1}}]\nplugins: [{plugin}]\n");
+    std::fs::write(&path, text).expect("written");
+    let variant = Variant::read(&path, &ReadOptions::default()).expect("a variant");
+    assert!(variant.left_out[0].contains("`--orders day.yaml`"), "{:?}", variant.left_out);
+}
+
+#[test]
 fn another_layout_gets_a_load_of_its_own_and_the_last_planner_counts() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("plain.csv");
