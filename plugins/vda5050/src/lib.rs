@@ -1,0 +1,3 @@
+//! Robots of a fleet as vehicles of the interface VDA 5050, on an MQTT broker.
+
+pub mod message;
