@@ -1,3 +1,5 @@
 //! Robots of a fleet as vehicles of the interface VDA 5050, on an MQTT broker.
 
+pub mod map;
 pub mod message;
+pub mod vehicle;

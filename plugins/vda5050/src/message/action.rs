@@ -17,7 +17,7 @@ pub struct Action {
     /// A text for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub action_descriptor: Option<String>,
-    /// Which actions and whether driving may go on beside it.
+    /// The actions, and the driving, that may go on beside it.
     #[serde(default)]
     pub blocking_type: BlockingType,
     /// The parameters.
@@ -55,7 +55,7 @@ pub struct ActionParameter {
     pub value: serde_json::Value,
 }
 
-/// What may go on beside an action.
+/// The activities that may go on beside an action.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum BlockingType {
@@ -127,14 +127,14 @@ pub struct ActionState {
     /// Its text for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub action_descriptor: Option<String>,
-    /// How far it is.
+    /// Its progress.
     pub action_status: ActionStatus,
     /// A text about its result.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub action_result: Option<String>,
 }
 
-/// How far an action is.
+/// The progress of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum ActionStatus {

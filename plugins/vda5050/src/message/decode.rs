@@ -56,7 +56,7 @@ fn rename(value: &mut Value, fields: &[Renamed]) {
     match value {
         Value::Array(items) => items.iter_mut().for_each(|item| rename(item, fields)),
         Value::Object(object) => {
-            // What is in the parameters of actions belongs to the sender.
+            // The names in the parameters of actions belong to the sender.
             for (_, item) in object.iter_mut().filter(|(name, _)| *name != PARAMETERS) {
                 rename(item, fields);
             }

@@ -20,7 +20,7 @@ pub struct Factsheet {
     pub physical_parameters: PhysicalParameters,
     /// The limits of messages.
     pub protocol_limits: ProtocolLimits,
-    /// What it can do.
+    /// Its features.
     pub protocol_features: ProtocolFeatures,
     /// Its shape.
     pub mobile_robot_geometry: Geometry,
@@ -99,7 +99,7 @@ pub struct Timing {
     pub visualization_interval: Option<f64>,
 }
 
-/// What a vehicle can do.
+/// The features of a vehicle.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct ProtocolFeatures {
@@ -115,7 +115,7 @@ pub struct ProtocolFeatures {
 pub struct SupportedAction {
     /// The kind of action.
     pub action_type: String,
-    /// Where it may stand.
+    /// The parts of messages in which it may stand.
     pub action_scopes: Vec<ActionScope>,
     /// The blocking types that it may have; in 3.0, the schema of 2.1 has another form.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,7 +128,7 @@ pub struct SupportedAction {
     pub cancel_allowed: Option<bool>,
 }
 
-/// Where an action may stand.
+/// A part of a message in which an action may stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum ActionScope {

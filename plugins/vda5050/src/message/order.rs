@@ -45,7 +45,7 @@ pub struct Node {
     /// Its position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub node_position: Option<NodePosition>,
-    /// What to do there.
+    /// The actions to carry out there.
     #[serde(default)]
     pub actions: Vec<Action>,
 }
@@ -61,7 +61,7 @@ pub struct NodePosition {
     /// Radians in [-π, π].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub theta: Option<f64>,
-    /// How far from the node the vehicle may be. The schema of 2.0 spells it `allowedDeviationXy`.
+    /// The place around the node where the vehicle may be. The schema of 2.0 spells it `allowedDeviationXy`.
     #[serde(rename = "allowedDeviationXY", alias = "allowedDeviationXy")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed_deviation: Option<AllowedDeviation>,
@@ -154,7 +154,7 @@ pub struct Edge {
     /// Radians.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation: Option<f64>,
-    /// What the orientation is relative to; the tangent if it isn't given.
+    /// The reference of the orientation; the tangent if it isn't given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_type: Option<OrientationType>,
     /// The way at a junction, for vehicles that follow lines.
@@ -175,15 +175,15 @@ pub struct Edge {
     /// Metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// How far the vehicle may deviate from the path; from 2.1 on.
+    /// The space beside the path that the vehicle may use; from 2.1 on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corridor: Option<Corridor>,
-    /// What to do on the edge.
+    /// The actions to carry out on the edge.
     #[serde(default)]
     pub actions: Vec<Action>,
 }
 
-/// What an orientation is relative to.
+/// The reference of an orientation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum OrientationType {
@@ -228,13 +228,13 @@ pub struct Corridor {
     pub left_width: f64,
     /// Metres.
     pub right_width: f64,
-    /// What has to be in it; the centre if it isn't given.
+    /// The part of the vehicle that has to be in it; the centre if it isn't given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corridor_reference_point: Option<CorridorReference>,
     /// Whether the vehicle has to ask first; 3.0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub release_required: Option<bool>,
-    /// What to do if the release is lost; 3.0.
+    /// The behaviour if the release is lost; 3.0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub release_loss_behavior: Option<LossBehavior>,
 }
@@ -249,7 +249,7 @@ pub enum CorridorReference {
     Contour,
 }
 
-/// What a vehicle does if the release of its corridor is lost.
+/// The behaviour of a vehicle that loses the release of its corridor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum LossBehavior {

@@ -35,7 +35,7 @@ pub struct State {
     /// The velocity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Velocity>,
-    /// What it carries.
+    /// The loads that it carries.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<Vec<Load>>,
     /// Whether it drives.
@@ -56,11 +56,11 @@ pub struct State {
     pub instant_action_states: Option<Vec<ActionState>>,
     /// Its battery.
     pub power_supply: PowerSupply,
-    /// Who controls it.
+    /// The party that controls it.
     pub operating_mode: OperatingMode,
-    /// What is wrong.
+    /// Its errors.
     pub errors: Vec<Error>,
-    /// What else there is to tell.
+    /// Other information.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub information: Option<Vec<Info>>,
     /// Its safety devices.
@@ -117,7 +117,7 @@ pub struct Position {
     pub map_id: String,
     /// Whether the position is known.
     pub localized: bool,
-    /// How well it is known, in [0, 1].
+    /// The quality of the localization, in [0, 1].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub localization_score: Option<f64>,
     /// Metres by which it may be wrong.
@@ -167,7 +167,7 @@ pub struct PowerSupply {
     pub charging: bool,
 }
 
-/// Who controls a vehicle.
+/// The party that controls a vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum OperatingMode {
@@ -189,26 +189,26 @@ pub enum OperatingMode {
     TeachIn,
 }
 
-/// What is wrong with a vehicle, or with what it was sent.
+/// An error of a vehicle, or of a message that it was sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Error {
     /// The type, of those of the standard or another one.
     pub error_type: String,
-    /// What it is about.
+    /// The fields that it is about.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub error_references: Vec<Reference>,
     /// A text for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_description: Option<String>,
-    /// What people can do; from 2.1 on.
+    /// The remedy, for people; from 2.1 on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_hint: Option<String>,
-    /// How bad it is.
+    /// Its severity.
     pub error_level: ErrorLevel,
 }
 
-/// What an error or an information is about.
+/// A field that an error or an information is about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Reference {
@@ -225,7 +225,7 @@ impl Reference {
     }
 }
 
-/// How bad an error is. 2.x knows the first and the last level.
+/// The severity of an error. 2.x knows the first and the last level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum ErrorLevel {
@@ -239,13 +239,13 @@ pub enum ErrorLevel {
     Fatal,
 }
 
-/// What else there is to tell.
+/// Other information.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Info {
     /// The type.
     pub info_type: String,
-    /// What it is about.
+    /// The fields that it is about.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub info_references: Vec<Reference>,
     /// A text for people.

@@ -1,4 +1,4 @@
-//! What peers send, and what may not be lost.
+//! Spellings of peers, and fields that may not be lost.
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
