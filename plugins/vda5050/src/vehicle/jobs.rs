@@ -176,7 +176,7 @@ impl Jobs {
         let (mut others, mut alone, mut begun) = (false, false, false);
         for job in self.jobs.iter_mut().filter(|job| job.is_open()) {
             let is_alone = job.action.blocking_type.is_alone();
-            let may_run = !alone && !(is_alone && others);
+            let may_run = !(alone || is_alone && others);
             if may_run && job.status == ActionStatus::Waiting {
                 job.begin();
                 begun = true;

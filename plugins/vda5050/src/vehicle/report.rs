@@ -1,5 +1,7 @@
 //! The state of a vehicle as a message.
 
+use core::f64::consts::PI;
+
 use regatta_base::graph::Gear;
 use regatta_plugin::frame::RobotState;
 
@@ -16,12 +18,15 @@ use crate::message::{
 const SHORT_SECONDS: f64 = 3.0;
 const SHORT_METRES: f64 = 1.0;
 
-/// The largest heading, in radians: π itself, rounded, would be more than π.
-const MOST_THETA: f64 = 3.141592;
-
 /// Rounds metres, radians and the like to millionths: more than that is noise of 32 bits.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
+}
+
+/// Rounds a heading, but not to more than π, as π itself would be.
+fn heading(theta: f64) -> f64 {
+    let most = (PI * 1e6).floor() / 1e6;
+    rounded(theta).clamp(-most, most)
 }
 
 impl Vehicle {
@@ -75,7 +80,7 @@ impl Vehicle {
         Some(Position {
             x: rounded(seen.x),
             y: rounded(seen.y),
-            theta: rounded(seen.theta).clamp(-MOST_THETA, MOST_THETA),
+            theta: heading(seen.theta),
             map_id: node.map(|node| node.map_id.clone()).unwrap_or_default(),
             localized: true,
             localization_score: None,
