@@ -107,6 +107,13 @@ const PLUGINS: &[BuiltIn] = &[
         }),
         add_options: |_| regatta_validator::Cli::command(),
     },
+    BuiltIn {
+        name: "vda5050",
+        about: "Make the robots vehicles of VDA 5050 on an MQTT broker",
+        run: |args| regatta_vda5050::run_from(args),
+        make: None,
+        add_options: |_| regatta_vda5050::Cli::command(),
+    },
 ];
 
 #[derive(Args)]
@@ -250,6 +257,7 @@ mod tests {
             ("udp", &["--to", "192.0.2.1:9001"]),
             ("udp-source", &["--listen", "0.0.0.0:9001"]),
             ("validator", &["--markdown", "x.md"]),
+            ("vda5050", &["--broker", "mqtt://192.0.2.1"]),
         ] {
             assert!(of(name, args), "{name} {args:?}");
         }

@@ -13,6 +13,7 @@ use regatta_layout::MAX_FILE_BYTES;
 use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 use regatta_scenario::{PluginCommand, Scenario, Viewer};
+use regatta_vda5050::broker::BrokerUrl;
 use serde_json::json;
 use tempfile::NamedTempFile;
 
@@ -40,6 +41,8 @@ const VIEWER: &str = "viewer";
 const SUMMARY: &str = "--summary";
 /// The name of the plugin that publishes the activities of robots.
 const FLEET_MANAGER: &str = "fleet-manager";
+/// The name of the plugin that lets a master of VDA 5050 steer the robots.
+const VDA5050: &str = "vda5050";
 /// The section of a scenario that the fleet manager reads.
 const LOAD: &str = "load";
 /// Whether this program has a viewer.
@@ -55,6 +58,11 @@ pub struct RunArgs {
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
+    /// Make the robots vehicles of VDA 5050, which a master steers, in the place of the fleet
+    /// manager: on this MQTT broker, or without an address on one that is started here.
+    #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1)]
+    #[arg(require_equals = true, conflicts_with_all = ["in_process", "unmanaged"])]
+    vda5050: Option<Option<BrokerUrl>>,
     #[command(flatten)]
     trust: TrustArgs,
     /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
@@ -77,11 +85,17 @@ pub struct RunArgs {
 
 /// Runs `regatta run`.
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let (scenario, input) = read_scenario(&args)?;
+    let (mut scenario, input) = read_scenario(&args)?;
     require_trust(&scenario, &args)?;
+    if let Some(broker) = &args.vda5050 {
+        let broker = broker.as_ref().map(BrokerUrl::to_text);
+        steer_by_vda5050(&mut scenario, broker)?;
+    }
     // Until now, a signal ends this program at once, whatever it waits for.
     let termination = Termination::watch().map_err(plugin_failure)?;
-    if let Some(warning) = unread_load(&scenario) {
+    if args.vda5050.is_none()
+        && let Some(warning) = unread_load(&scenario)
+    {
         regatta_plugin::tell!("{warning}");
     }
     if args.in_process {
@@ -134,6 +148,26 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         success = false;
     }
     Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Gives the robots of a scenario to a master of VDA 5050. In a made-up scenario it takes the place
+/// of the fleet manager.
+fn steer_by_vda5050(scenario: &mut Scenario, broker: Option<String>) -> Result<(), Failure> {
+    if scenario.is_default {
+        scenario.plugins.retain(|plugin| plugin.name != FLEET_MANAGER);
+    } else if let Some(other) =
+        scenario.plugins.iter().find(|plugin| [FLEET_MANAGER, VDA5050].contains(&&*plugin.name))
+    {
+        return Err(format!(
+            "--vda5050: the scenario has the plugin {}, which moves the robots; take it out",
+            other.name
+        )
+        .into());
+    }
+    let args = broker.map(|broker| vec!["--broker".to_owned(), broker]).unwrap_or_default();
+    let plugin = PluginCommand { name: VDA5050.to_owned(), args, ..PluginCommand::default() };
+    scenario.plugins.push(plugin);
+    Ok(())
 }
 
 /// Returns a warning if a scenario has orders and no plugin that could read them: a fleet manager,

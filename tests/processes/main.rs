@@ -36,3 +36,4 @@ mod traffic;
 mod trust;
 mod udp;
 mod validator;
+mod vda5050;
