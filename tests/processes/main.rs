@@ -34,3 +34,4 @@ mod traffic;
 mod trust;
 mod udp;
 mod validator;
+mod vda5050_check;
