@@ -1,5 +1,7 @@
 //! `regatta vda5050 check`: judges the traffic of an MQTT broker by the standard VDA 5050.
 
+mod live;
+
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -10,6 +12,7 @@ use regatta_plugin::Termination;
 use regatta_vda5050::judge::traffic::Recording;
 use regatta_vda5050::judge::{Finding, Judge, Protocol, Report, Strictness};
 
+use self::live::LiveArgs;
 use crate::failure::{Failure, plugin_failure};
 use crate::output::{Force, STANDARD_STREAM, check_file, show, write_file};
 
@@ -19,18 +22,20 @@ const MOST_BYTES: u64 = 1 << 40;
 /// A subcommand of `regatta vda5050`.
 #[derive(Debug, Subcommand)]
 pub enum Vda5050Command {
-    /// List the breaches of the standard by master and vehicles in a recording; exit code 0 if
-    /// there are no errors
-    Check(CheckArgs),
+    /// List the breaches of the standard by master and vehicles, on a broker or in a recording;
+    /// exit code 0 if there are no errors
+    Check(Box<CheckArgs>),
 }
 
 /// Options of `regatta vda5050 check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
     /// Recording as mosquitto_sub prints it, with -v, -F '%U %t %p' or '%U %q %r %t %p', or
-    /// -F %j; - for standard input
-    #[arg(value_name = "FILE")]
+    /// -F %j; - for standard input; or a broker to listen to, until Ctrl-C
+    #[arg(value_name = "FILE|mqtt://[USER@]HOST[:PORT]")]
     source: OsString,
+    #[command(flatten)]
+    live: LiveArgs,
     /// Version to judge by: that of each message's header, or 2.0, 2.1 or 3.0
     #[arg(long, value_name = "VERSION", default_value_t = Protocol::Auto)]
     protocol: Protocol,
@@ -74,6 +79,12 @@ fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 
 /// Judges all messages of the source, and prints findings as they come.
 fn judged(args: &CheckArgs) -> Result<Report, Failure> {
+    let source = args.source.to_string_lossy();
+    if source.starts_with("mqtt://") || source.starts_with("mqtts://") {
+        let (judge, mut report) = live::listen(args, &source.parse()?)?;
+        report.conclude(&judge, 0);
+        return Ok(report);
+    }
     if args.source == STANDARD_STREAM {
         // Ctrl-C ends the program that writes, too: what it has written is reported.
         Termination::watch().map_err(plugin_failure)?;
@@ -91,9 +102,8 @@ fn read(args: &CheckArgs, input: impl BufRead, path: &Path) -> Result<Report, Fa
     while let Some(message) =
         recording.read().map_err(|error| format!("{}: can't read on: {error}", path.display()))?
     {
-        for finding in judge.take(&message.seen()) {
-            tell(args, report.add(finding));
-        }
+        let findings = judge.take(&message.seen());
+        findings.into_iter().for_each(|finding| take(args, &mut report, finding));
     }
     report.conclude(&judge, recording.unread_lines());
     if judge.tally().judged == 0 {
@@ -102,8 +112,9 @@ fn read(args: &CheckArgs, input: impl BufRead, path: &Path) -> Result<Report, Fa
     Ok(report)
 }
 
-fn tell(args: &CheckArgs, finding: Option<&Finding>) {
-    if let Some(finding) = finding.filter(|_| !args.json) {
+/// Adds a finding to the report, and prints it.
+fn take(args: &CheckArgs, report: &mut Report, finding: Finding) {
+    if let Some(finding) = report.add(finding).filter(|_| !args.json) {
         show(format_args!("{finding}\n"));
     }
 }

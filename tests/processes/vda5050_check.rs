@@ -1,10 +1,11 @@
-//! `regatta vda5050 check` on recordings of a broker's traffic.
+//! `regatta vda5050 check` on recordings of a broker's traffic, and on a broker (Mosquitto).
 
-use std::io::Write as _;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Output, Stdio};
+use std::process::{Command, Output, Stdio};
 
-use crate::fleet::regatta;
+use crate::fleet::{Process, eventually, regatta};
 
 /// A vehicle comes online, is sent an order, and shows it.
 const CORRECT: &str = r#"
@@ -109,4 +110,71 @@ fn other_files_are_refused_with_the_remedy() {
     let output = regatta().args(["vda5050", "check", "/dev/zero"]).output().expect("started");
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && text.contains("a pipe or a device"), "{text}");
+}
+
+/// The program of a broker; `None` if it isn't installed.
+fn mosquitto() -> Option<&'static str> {
+    let places = ["mosquitto", "/usr/sbin/mosquitto"];
+    let found = places.into_iter().find(|place| Command::new(place).arg("-h").output().is_ok());
+    if found.is_none() {
+        println!("skipped: mosquitto isn't installed (apt-get install mosquitto)");
+    }
+    found
+}
+
+/// A packet of MQTT that begins with a text.
+fn packet(kind: u8, text: &str, rest: &[u8]) -> Vec<u8> {
+    let length = u8::try_from(2 + text.len() + rest.len()).expect("a short packet");
+    let text_length = u8::try_from(text.len()).expect("a short text");
+    [&[kind, length, 0, text_length], text.as_bytes(), rest].concat()
+}
+
+/// Publishes a message that the broker keeps for those who come later.
+fn publish_kept(port: u16, topic: &str, payload: &str) {
+    let mut socket = eventually("the broker listens", || TcpStream::connect(("::1", port)).ok());
+    let hello = packet(0x10, "MQTT", &[4, 2, 0, 60, 0, 1, b't']);
+    let message = packet(0x31, topic, payload.as_bytes());
+    socket.write_all(&[hello, message, vec![0xe0, 0]].concat()).expect("sent");
+    // The broker closes the connection when it has taken the message.
+    let mut answer = Vec::new();
+    socket.read_to_end(&mut answer).expect("answered");
+    assert_eq!(answer, [0x20, 2, 0, 0]);
+}
+
+#[test]
+fn a_broker_is_judged_until_it_is_enough() {
+    let Some(program) = mosquitto() else { return };
+    let socket = TcpListener::bind("[::1]:0").expect("a free port");
+    let port = socket.local_addr().expect("an address").port();
+    drop(socket);
+    let folder = tempfile::tempdir().expect("a folder");
+    let config = folder.path().join("mosquitto.conf");
+    std::fs::write(&config, format!("listener {port} ::1\nallow_anonymous true\n"))
+        .expect("written");
+    let _broker = Process::start(Command::new(program).arg("-c").arg(&config));
+    publish_kept(port, "uagv/v2/KIT/0001/order", "{");
+    let url = format!("mqtt://[::1]:{port}");
+    let mut check = Process::start(regatta().args(["vda5050", "check", &url]));
+    let mut output = BufReader::new(check.0.stdout.take().expect("a pipe"));
+    let mut line = String::new();
+    output.read_line(&mut line).expect("a finding");
+    assert!(line.contains("error json: uagv/v2/KIT/0001/order: "), "{line}");
+    let ended = check.interrupt();
+    output.read_to_string(&mut line).expect("the summary");
+    assert_eq!(ended.status.code(), Some(1), "{line}");
+    assert!(line.contains("messages 1, vehicles 1, errors 1, warnings 0"), "{line}");
+}
+
+#[test]
+fn a_broker_that_is_not_there_is_told_with_the_remedy() {
+    for (url, reason) in [
+        ("mqtt://127.0.0.1:1", "start the broker, or give another address"),
+        ("mqtts://127.0.0.1", "mqtts:// isn't supported"),
+        ("mqtt://me:secret@127.0.0.1", "a password in an address can be read by others"),
+    ] {
+        let output = regatta().args(["vda5050", "check", url]).output().expect("started");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && text.contains(reason), "{url}: {text}");
+        assert_eq!(text.lines().count(), 1, "{text}");
+    }
 }

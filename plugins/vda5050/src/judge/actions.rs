@@ -1,6 +1,6 @@
 //! The actions of a vehicle: those that the master has sent, and how their states change.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::finding::{Notes, quoted};
 use super::route::Route;
@@ -9,13 +9,15 @@ use crate::message::{Action, ActionState, ActionStatus, BlockingType, Order, Sta
 
 /// Seconds within which a state has to answer.
 pub(super) const ANSWER: f64 = 10.0;
-/// The actions of a vehicle that are known; all are forgotten when there are more.
-const MOST_ACTIONS: usize = 20_000;
+/// The newest actions of a vehicle that are known, and as many before those.
+const MOST_ACTIONS: usize = 10_000;
 
 /// The actions that a master has sent to a vehicle.
 #[derive(Debug, Default)]
 pub(super) struct Actions {
     known: FxHashMap<String, Known>,
+    /// Those before, which are forgotten when there are too many new ones.
+    older: FxHashMap<String, Known>,
     /// The instant actions that no state has shown yet.
     waiting: Vec<Waiting>,
 }
@@ -66,7 +68,6 @@ impl Actions {
         for action in actions {
             // Horizon and stitching node are sent again with their actions.
             let is_again = self
-                .known
                 .get(&action.action_id)
                 .is_some_and(|known| known.origin == origin && known.kind == action.action_type);
             if !is_again {
@@ -92,11 +93,12 @@ impl Actions {
 
     fn add(&mut self, action: &Action, origin: Origin, notes: &mut Notes<'_>) {
         if self.known.len() >= MOST_ACTIONS {
-            self.known.clear();
+            self.older = core::mem::take(&mut self.known);
         }
         let known =
             Known { kind: action.action_type.clone(), blocking: action.blocking_type, origin };
-        if let Some(old) = self.known.insert(action.action_id.clone(), known) {
+        let old = self.known.insert(action.action_id.clone(), known);
+        if let Some(old) = old.as_ref().or_else(|| self.older.get(&action.action_id)) {
             let (id, kind) = (quoted(&action.action_id), quoted(&old.kind));
             notes.add(Rule::ActionIdTwice, format!("action id {id} was that of {kind} before"));
         }
@@ -104,13 +106,18 @@ impl Actions {
 
     /// Whether an action was to be carried out at once.
     pub fn is_instant(&self, id: &str) -> bool {
-        self.known.get(id).is_some_and(|known| matches!(known.origin, Origin::Instant(_)))
+        self.get(id).is_some_and(|known| matches!(known.origin, Origin::Instant(_)))
+    }
+
+    fn get(&self, id: &str) -> Option<&Known> {
+        self.known.get(id).or_else(|| self.older.get(id))
     }
 
     /// Judges the states of actions after those before.
     pub fn judge(&self, state: &State, before: Option<&State>, notes: &mut Notes<'_>) {
+        let before = by_id(before);
         for now in all(state) {
-            let old = before.and_then(|before| find(before, &now.action_id));
+            let old = before.get(now.action_id.as_str()).copied();
             if let Some(old) = old {
                 judge_change(old, now, notes);
             }
@@ -122,9 +129,10 @@ impl Actions {
     }
 
     /// Judges that states of actions are those of actions that were sent.
-    pub fn judge_known(&self, state: &State, notes: &mut Notes<'_>) {
-        for shown in all(state) {
-            if !self.known.contains_key(&shown.action_id) {
+    pub fn judge_known(&self, route: &Route, state: &State, notes: &mut Notes<'_>) {
+        let of_order: FxHashSet<_> = route.actions().map(|action| &action.action_id).collect();
+        for shown in all(state).filter(|shown| !of_order.contains(&shown.action_id)) {
+            if self.get(&shown.action_id).is_none() {
                 let id = quoted(&shown.action_id);
                 notes.add(Rule::ActionStateUnknown, format!("action {id} was never sent"));
             }
@@ -133,7 +141,7 @@ impl Actions {
 
     /// Judges an action whose status is new.
     fn judge_end(&self, now: &ActionState, state: &State, notes: &mut Notes<'_>) {
-        let Some(known) = self.known.get(&now.action_id) else { return };
+        let Some(known) = self.get(&now.action_id) else { return };
         let Origin::Instant(outlook) = known.origin else { return };
         let has_ended_well = now.action_status == ActionStatus::Finished;
         match (known.kind.as_str(), outlook) {
@@ -153,7 +161,7 @@ impl Actions {
         let running = state.action_states.iter();
         let running: Vec<_> = running
             .filter(|shown| shown.action_status == ActionStatus::Running)
-            .filter_map(|shown| self.known.get_key_value(&shown.action_id))
+            .filter_map(|shown| Some((&shown.action_id, self.get(&shown.action_id)?)))
             .filter(|(_, known)| matches!(known.origin, Origin::Order(_)))
             .collect();
         if let Some((id, known)) = running.iter().find(|(_, known)| known.blocking.stops_driving())
@@ -174,9 +182,15 @@ impl Actions {
 
     /// Forgets the instant actions that a state has answered.
     pub fn answer(&mut self, state: &State) {
+        if self.waiting.is_empty() {
+            return;
+        }
+        let references = state.errors.iter().flat_map(|error| &error.error_references);
+        let about = references.filter(|reference| reference.reference_key == "actionId");
+        let told: FxHashSet<_> = about.map(|reference| &reference.reference_value).collect();
+        let shown = by_id(Some(state));
         self.waiting.retain(|waiting| {
-            let is_told = state.errors.iter().any(|error| error.is_about("actionId", &waiting.id));
-            !is_told && find(state, &waiting.id).is_none()
+            !told.contains(&waiting.id) && !shown.contains_key(waiting.id.as_str())
         });
     }
 
@@ -199,8 +213,10 @@ pub(super) fn all(state: &State) -> impl Iterator<Item = &ActionState> {
     state.action_states.iter().chain(state.instant_action_states.iter().flatten())
 }
 
-fn find<'a>(state: &'a State, id: &str) -> Option<&'a ActionState> {
-    all(state).find(|shown| shown.action_id == id)
+/// The states of all actions by their ids.
+fn by_id(state: Option<&State>) -> FxHashMap<&str, &ActionState> {
+    let states = state.into_iter().flat_map(all);
+    states.map(|shown| (shown.action_id.as_str(), shown)).collect()
 }
 
 /// Judges that each action of the order has a state.
@@ -210,13 +226,13 @@ pub(super) fn judge_complete(
     before: Option<&State>,
     notes: &mut Notes<'_>,
 ) {
+    let (shown, before) = (by_id(Some(state)), by_id(before));
     for action in route.actions() {
-        if find(state, &action.action_id).is_some() {
+        if shown.contains_key(action.action_id.as_str()) {
             continue;
         }
         let id = quoted(&action.action_id);
-        let was_there = before.is_some_and(|before| find(before, &action.action_id).is_some());
-        if was_there {
+        if before.contains_key(action.action_id.as_str()) {
             let text = format!("the state of action {id} is gone");
             notes.add(Rule::ActionStateDropped, text);
         } else {

@@ -29,7 +29,7 @@ pub(super) struct Fleet {
     contacts: FxHashMap<String, Vec<String>>,
     /// The released ways of each vehicle, from node to node.
     ways: FxHashMap<Way, Vec<Claim>>,
-    ways_of: FxHashMap<String, Vec<Way>>,
+    ways_of: FxHashMap<String, FxHashSet<Way>>,
 }
 
 /// The last place of a vehicle.
@@ -108,9 +108,12 @@ impl Fleet {
     /// Takes the ways that a vehicle has in its base, and judges them against those of others.
     pub fn take_base(&mut self, route: &Route, behind: u32, notes: &mut Notes<'_>) {
         self.forget_base(notes.vehicle);
-        let mut ways = Vec::new();
+        let mut ways = FxHashSet::default();
         for (edge, ends) in route.released_after(behind) {
             let way = (ends[0].node_id.clone(), ends[1].node_id.clone());
+            if !ways.insert(way.clone()) {
+                continue;
+            }
             let claim = Claim::new(notes.vehicle, edge, ends);
             let back = (way.1.clone(), way.0.clone());
             let opposite = self.ways.get(&back).into_iter().flatten();
@@ -123,8 +126,7 @@ impl Fleet {
                 );
                 notes.add(Rule::HeadOn, text);
             }
-            self.ways.entry(way.clone()).or_default().push(claim);
-            ways.push(way);
+            self.ways.entry(way).or_default().push(claim);
         }
         self.ways_of.insert(notes.vehicle.to_owned(), ways);
     }

@@ -5,6 +5,8 @@ use super::rule::Rule;
 use super::vehicle::Vehicle;
 use crate::message::{Error, Order, State};
 
+/// The errors of a state that are judged.
+const MOST_ERRORS: usize = 100;
 /// The types of errors about orders and actions in 2.x.
 const TYPES_2: &[&str] =
     &["validationError", "orderError", "orderUpdateError", "noOrderToCancel", "noRouteError"];
@@ -61,7 +63,8 @@ pub(super) fn judge(
     before: Option<&State>,
     notes: &mut Notes<'_>,
 ) {
-    for error in state.errors.iter().filter(|error| is_new(error, before)) {
+    let errors = state.errors.iter().take(MOST_ERRORS);
+    for error in errors.filter(|error| is_new(error, before)) {
         let sent = &mut vehicle.orders.sent;
         let named = sent.iter().position(|sent| error.is_rejection_of(&sent.order));
         if let Some(place) = named {

@@ -135,7 +135,7 @@ impl Vehicle {
             place::judge_state(&step, notes);
             actions::judge_complete(route, &state, before.as_ref(), notes);
             if route.extent == Extent::Whole {
-                self.actions.judge_known(&state, notes);
+                self.actions.judge_known(route, &state, notes);
             }
         }
         progress::judge_driving(&state, before.as_ref(), notes);

@@ -3,10 +3,10 @@
 use proptest::prelude::*;
 use serde_json::Value;
 
-use super::conversation::Conversation;
+use super::conversation::{Conversation, IDLE, Shown, action, edge, node};
 use crate::judge::traffic::Recording;
 use crate::judge::{Judge, Protocol, Seen};
-use crate::message::Version;
+use crate::message::{ActionStatus, BlockingType, Version};
 
 /// Replaces a value somewhere in a message.
 fn mutate(value: &mut Value, path: &[usize], with: &Value) {
@@ -84,6 +84,30 @@ proptest! {
 }
 
 #[test]
+fn actions_of_days_are_forgotten_but_not_those_of_the_order() {
+    let mut talk = Conversation::correct(Version::V2_1);
+    talk.cut(1.5);
+    let template = talk.messages.clone();
+    let mut order = template.iter().find(|sent| sent.topic.ends_with("order")).expect("it").clone();
+    let (mut messages, mut number) = (template.clone(), 0_u32);
+    for round in 1..60_u32 {
+        let actions = (0..500).map(|_| {
+            number += 1;
+            serde_json::json!({"actionId": format!("i{number}"), "actionType": "stateRequest",
+                "blockingType": "NONE", "actionParameters": []})
+        });
+        let actions: Vec<_> = actions.collect();
+        order.topic = order.topic.replace("/order", "/instantActions");
+        order.content = serde_json::json!({"headerId": round, "version": "2.1.0",
+            "timestamp": "2023-11-14T22:13:21.300Z", "manufacturer": "KIT",
+            "serialNumber": "0001", "actions": actions});
+        messages.push(order.clone());
+    }
+    talk.messages = messages;
+    assert_eq!(talk.judged(0.0), []);
+}
+
+#[test]
 fn deep_and_large_messages_are_judged_in_time() {
     let start = std::time::Instant::now();
     let mut judge = Judge::new(Protocol::Auto);
@@ -96,5 +120,23 @@ fn deep_and_large_messages_are_judged_in_time() {
             judge.take(&Seen { time: None, topic, payload: payload.as_bytes(), delivery: None });
         assert!((1..=20).contains(&findings.len()), "{}", findings.len());
     }
+    let mut talk = Conversation::empty(Version::V2_1, "0001");
+    let (mut nodes, mut edges, mut shown) = (Vec::new(), Vec::new(), Vec::new());
+    let ids: Vec<_> = (0..10_000).map(|number| format!("a{number}")).collect();
+    for (number, id) in (0..).zip(&ids) {
+        nodes.push(node(&format!("n{}", number % 2), 2 * number, true));
+        nodes.last_mut().expect("it").actions.push(action(id, "beep", BlockingType::None));
+        edges.push(edge(2 * number + 1, true));
+        shown.push((id.as_str(), ActionStatus::Waiting));
+    }
+    edges.pop();
+    talk.arrive(0.0);
+    talk.order(1.0, ("o", 0), &nodes, &edges);
+    for tenths in 11..20 {
+        let last = ("n1", 19_998);
+        let state = Shown { order: ("o", 0), last, x: 4.0, actions: &shown, ..IDLE };
+        talk.state(f64::from(tenths) / 10.0, &state);
+    }
+    assert_eq!(talk.judged(0.0), []);
     assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }
