@@ -20,7 +20,7 @@ pub struct Finding {
     /// The id of the rule.
     #[serde(serialize_with = "id")]
     pub rule: Rule,
-    /// How bad it is.
+    /// The severity.
     #[serde(serialize_with = "name")]
     pub severity: Severity,
     /// The side that broke it.

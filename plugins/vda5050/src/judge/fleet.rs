@@ -20,7 +20,7 @@ const GRAZE: f64 = 0.01;
 type Cell = (i64, i64);
 type Way = (String, String);
 
-/// What is known of all vehicles together.
+/// The places and the bases of all vehicles.
 #[derive(Debug, Default)]
 pub(super) struct Fleet {
     places: FxHashMap<String, Place>,

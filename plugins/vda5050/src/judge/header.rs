@@ -169,7 +169,7 @@ pub(super) fn judge_delivery(delivery: Delivery, notes: &mut Notes<'_>) {
 
 /// Judges the time of a message against the time when it came.
 pub(super) fn judge_skew(stamp: &str, came: f64, notes: &mut Notes<'_>) {
-    // What the broker has kept is old.
+    // The broker keeps old messages.
     if notes.subject.is_kept() {
         return;
     }

@@ -15,11 +15,11 @@ pub(super) struct Route {
     pub update_id: u32,
     pub nodes: Vec<Node>,
     pub edges: Vec<Edge>,
-    /// How much of it was seen.
+    /// The part of it that was seen.
     pub extent: Extent,
 }
 
-/// How much of an order was seen.
+/// The part of an order that was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extent {
     /// All of it.
@@ -124,7 +124,7 @@ pub(super) enum Cancelling {
     Asked,
 }
 
-/// What a state says about the order of a vehicle.
+/// The order of a vehicle, by a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Showing {
     /// The same as the state before.

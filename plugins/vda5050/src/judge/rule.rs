@@ -2,7 +2,7 @@
 
 use crate::message::Version;
 
-/// How bad a breach is.
+/// The severity of a breach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, strum::IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Severity {
@@ -120,7 +120,7 @@ pub enum Rule {
 pub struct RuleRow {
     /// The rule.
     pub rule: Rule,
-    /// How bad a breach is.
+    /// The severity of a breach.
     pub severity: Severity,
     /// The side that breaks it.
     pub side: Side,

@@ -1,4 +1,4 @@
-//! What strangers send: nothing makes the judge panic, and nothing makes it grow without end.
+//! Messages of strangers: nothing makes the judge panic, and nothing makes it grow without end.
 
 use proptest::prelude::*;
 use serde_json::Value;
