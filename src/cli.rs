@@ -16,7 +16,7 @@ use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
 use crate::{
-    command, doctor, engine, graph, orders, plugin, recording, report, run, study, version,
+    command, doctor, engine, graph, orders, plugin, recording, report, run, study, vda5050, version,
 };
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
@@ -131,6 +131,12 @@ pub enum Command {
     Plot(regatta_record::PlotArgs),
     /// Validate a recording: contacts, motion, orders. Fails if there are findings.
     Validate(recording::ValidateArgs),
+    /// Judge the traffic of VDA 5050 masters and vehicles.
+    #[command(arg_required_else_help = false)]
+    Vda5050 {
+        #[command(subcommand)]
+        command: vda5050::Vda5050Command,
+    },
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
     /// List, show, cancel and import the transport orders of a running fleet manager.

@@ -19,6 +19,7 @@ mod scenario;
 mod study;
 mod trust;
 mod user_files;
+mod vda5050;
 #[cfg(feature = "viewer")]
 mod viewer;
 
@@ -85,6 +86,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Export(args) => println!("{}", regatta_record::export(&args)?),
         Command::Plot(args) => println!("{}", regatta_record::plot(&args)?),
         Command::Validate(args) => recording::validate(&args)?,
+        Command::Vda5050 { command } => return vda5050::run(&command),
         Command::Top(Target { fleet }) => {
             regatta_metrics::top::run(&fleet).map_err(plugin_failure)?;
         }

@@ -37,3 +37,4 @@ mod trust;
 mod udp;
 mod validator;
 mod vda5050;
+mod vda5050_check;

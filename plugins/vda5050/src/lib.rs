@@ -12,6 +12,7 @@
 pub mod broker;
 mod client;
 mod factsheet;
+pub mod judge;
 pub mod map;
 pub mod message;
 mod options;
