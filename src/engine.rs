@@ -115,8 +115,8 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     // The engine of `regatta run` prints this, too.
     if scenario.is_default {
         regatta_plugin::tell!(
-            "regatta: this is a layout without a scenario: one is made up, with orders between its \
-             stations; `regatta new` writes it to a file"
+            "regatta: this is a layout without a scenario: one is made up; `regatta new` writes it \
+             to a file"
         );
     }
     for warning in &scenario.warnings {

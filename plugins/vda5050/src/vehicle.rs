@@ -173,6 +173,9 @@ impl Vehicle {
     /// Takes what a frame tells of its robot.
     pub fn see(&mut self, seen: Seen, site: &Site) {
         let before = self.seen.replace(seen);
+        if self.paused == Paused::Ending && seen.state != RobotState::Held {
+            self.paused = Paused::No;
+        }
         self.find_place(before, site);
         self.settle(site);
         if before.map(|before| Outline::of(&before)) != Some(Outline::of(&seen)) {

@@ -49,7 +49,7 @@ impl Vehicle {
         match effect {
             Effect::Pauses => self.pause(Paused::Yes, Command::Hold),
             Effect::Resumes => {
-                self.pause(Paused::No, Command::Resume);
+                self.pause(Paused::Ending, Command::Resume);
                 self.end_instant(id, Ok(()));
             }
             Effect::Cancels => self.cancel_order(action),

@@ -199,7 +199,7 @@ impl Jobs {
     pub(super) fn pause(&mut self, paused: Paused) {
         let (from, to) = match paused {
             Paused::Yes => (ActionStatus::Running, ActionStatus::Paused),
-            Paused::No => (ActionStatus::Paused, ActionStatus::Running),
+            Paused::Ending | Paused::No => (ActionStatus::Paused, ActionStatus::Running),
         };
         self.jobs.iter_mut().filter(|job| job.status == from).for_each(|job| job.status = to);
     }
@@ -239,6 +239,8 @@ impl Jobs {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Paused {
     Yes,
+    /// Its pause has ended, and the robot may be held for a moment still.
+    Ending,
     #[default]
     No,
 }

@@ -89,7 +89,12 @@ impl Vehicle {
     }
 
     fn is_paused(&self) -> bool {
-        self.paused == Paused::Yes || self.seen.is_some_and(|seen| seen.state == RobotState::Held)
+        let is_held = self.seen.is_some_and(|seen| seen.state == RobotState::Held);
+        match self.paused {
+            Paused::Yes => true,
+            Paused::Ending => false,
+            Paused::No => is_held,
+        }
     }
 
     /// Whether the base comes to its end while there is a horizon (2.x: 6.10.3; 3.0: 6.6.3).

@@ -125,6 +125,10 @@ fn a_pause_holds_the_vehicle_and_its_actions() {
     assert_eq!(trial.status("x"), "Paused");
     trial.instant("go", "stopPause", json!([]));
     assert_eq!(trial.commands.last(), Some(&Command::Resume));
+    let state = trial.state();
+    assert_eq!((trial.status("go").as_str(), state.paused), ("Finished", Some(false)));
+    trial.see(0.0, RobotState::Held);
+    assert_eq!(trial.state().paused, Some(false), "the engine hasn't resumed it yet");
     trial.drive();
     assert_eq!((trial.status("x").as_str(), trial.state().paused), ("Running", Some(false)));
 }
