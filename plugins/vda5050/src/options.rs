@@ -20,10 +20,10 @@ const NUMBER: &str = "{}";
 
 /// The command line of `regatta plugin vda5050`.
 #[derive(Clone, Debug, Parser)]
-#[command(bin_name = "regatta plugin vda5050", max_term_width = 100)]
-#[command(about = "Makes the robots of a fleet vehicles of VDA 5050 on an MQTT broker")]
+#[command(max_term_width = 100)]
+#[command(about = "Make the robots of a fleet vehicles of VDA 5050 on an MQTT broker")]
 pub struct Cli {
-    /// The broker; without one, a broker of the plugin's own listens on this machine
+    /// Broker; without one, a broker of the plugin's own listens on this machine
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]")]
     pub broker: Option<BrokerUrl>,
     /// File with the password of the broker's user [default: the environment variable
