@@ -24,9 +24,21 @@ pub(super) enum Clearing {
 }
 
 impl<'a> Step<'a> {
-    /// Whether the order is gone because it may.
+    /// Whether the order is gone because it may, or ends at a node before its last one.
     fn is_cleared(&self) -> bool {
-        self.clearing == Clearing::Allowed && self.state.node_states.is_empty()
+        let left = &self.state.node_states;
+        self.clearing == Clearing::Allowed && (left.is_empty() || self.is_cut_short())
+    }
+
+    /// Whether the nodes that are left are some of the order's, without its last one.
+    fn is_cut_short(&self) -> bool {
+        let (left, all) = (&self.state.node_states, &self.route.nodes);
+        let is_known = left.iter().all(|shown| {
+            let node = self.route.node(shown.sequence_id);
+            node.is_some_and(|node| node.node_id == shown.node_id)
+        });
+        let ends = [left.last().map(|shown| shown.sequence_id), all.last().map(|n| n.sequence_id)];
+        is_known && ends[0] < ends[1]
     }
 
     /// Whether the vehicle has reached a node of the order.

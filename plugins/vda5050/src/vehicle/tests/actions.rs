@@ -119,6 +119,9 @@ fn a_pause_holds_the_vehicle_and_its_actions() {
     trial.instant("pause", "startPause", json!([]));
     assert_eq!(trial.commands.last(), Some(&Command::Hold));
     assert_eq!((trial.status("pause").as_str(), trial.status("x").as_str()), ("Running", "Paused"));
+    trial.see(0.4, RobotState::Held);
+    let state = trial.state();
+    assert_eq!((state.driving, state.paused), (true, Some(false)), "it brakes");
     trial.time += 60.0;
     trial.see(0.0, RobotState::Held);
     assert_eq!((trial.status("pause").as_str(), trial.state().paused), ("Finished", Some(true)));

@@ -167,6 +167,32 @@ fn vehicles_side_by_side_do_not_touch() {
     assert!(findings.iter().all(|finding| finding.rule != Rule::Contact), "{findings:#?}");
 }
 
+/// A vehicle that can't stop between nodes drives to the next one, and shows that one alone.
+#[test]
+fn a_vehicle_may_drive_to_the_next_node_to_cancel_an_order() {
+    let mut talk = Conversation::correct(V2_1);
+    let (mut node, mut edge) =
+        (talk.at("order", 2)["nodes"][1].clone(), talk.at("order", 2)["edges"][0].clone());
+    (node["nodeId"], node["sequenceId"]) = ("n4".into(), 4.into());
+    (edge["edgeId"], edge["sequenceId"]) = ("e3".into(), 3.into());
+    (edge["startNodeId"], edge["endNodeId"]) = ("n3".into(), "n4".into());
+    let order = talk.at("order", 2);
+    order["nodes"].as_array_mut().expect("nodes").push(node);
+    order["edges"].as_array_mut().expect("edges").push(edge);
+    let (next, ahead) =
+        (talk.at("state", 9)["nodeStates"].clone(), talk.at("state", 9)["edgeStates"].clone());
+    let begun = talk.at("state", 9);
+    let last = json!({"nodeId": "n4", "sequenceId": 4, "released": true});
+    let last_edge = json!({"edgeId": "e3", "sequenceId": 3, "released": true});
+    begun["nodeStates"].as_array_mut().expect("nodes").push(last);
+    begun["edgeStates"].as_array_mut().expect("edges").push(last_edge);
+    let stopping = talk.at("state", 10);
+    (stopping["nodeStates"], stopping["edgeStates"]) = (next, ahead);
+    stopping["driving"] = true.into();
+    stopping["actionStates"][0]["actionStatus"] = "RUNNING".into();
+    assert_eq!(talk.judged(0.0), []);
+}
+
 #[test]
 fn a_rejection_and_a_refused_cancel_by_the_standard_have_no_findings() {
     let mut talk = Conversation::correct(V2_1);
