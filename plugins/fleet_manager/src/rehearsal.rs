@@ -23,19 +23,22 @@ const CYCLE_SECS: f64 = 0.2;
 /// The number of rehearsals with each planner, with orders of their own: some jams are rare.
 const REHEARSALS: u64 = 3;
 /// The longest rehearsal, and the shortest that tells planners apart, in simulated seconds.
-const MOST_SECS: f64 = 900.0;
+const MOST_SECS: f64 = 750.0;
 const LEAST_SECS: f64 = 100.0;
-/// The cycles of all rehearsals with a planner times the robots: about a second of work.
-const MOST_ROBOT_CYCLES: f64 = 120e3;
+/// The cycles of all rehearsals with a planner times the robots: half a second of work at most.
+const MOST_ROBOT_CYCLES: f64 = 80e3;
 /// The same for committed ways, whose searches look at all nodes: cycles times robots times nodes.
-const MOST_COMMITTED_WORK: f64 = 12e6;
+const MOST_COMMITTED_WORK: f64 = 6e6;
 /// The simulated seconds for which a robot may stand with an order, away from its stop, until it
 /// counts as stalled.
 const STALL_SECS: f64 = 200.0;
 /// The weight of a rehearsal in which robots stalled.
 const STALLED_WEIGHT: f32 = 0.25;
-/// The part of the best score from which on a planner is as good as the best.
-const AS_GOOD: f32 = 0.97;
+/// The part of the best score from which on the first planner, whose jams are the rarest, is as good
+/// as the best.
+const AS_GOOD: f32 = 0.92;
+/// The part of the best score so far below which a planner isn't rehearsed any more.
+const HOPELESS: f32 = 0.6;
 
 /// A fleet before its first cycle, to rehearse with.
 pub struct Rehearsal<'a> {
@@ -81,9 +84,14 @@ impl<'a> Rehearsal<'a> {
         let affordable = kinds.partition_point(|kind| self.affordable_secs(*kind) >= LEAST_SECS);
         let kinds = &mut kinds[..affordable];
         let secs = kinds.iter().map(|kind| self.affordable_secs(*kind)).fold(MOST_SECS, f64::min);
-        let mut scores: Vec<(f32, PlannerKind)> =
-            kinds.iter().map(|kind| (self.score(*kind, secs), *kind)).collect();
-        let as_good = AS_GOOD * scores.iter().map(|(score, _)| *score).fold(0.0, f32::max);
+        let mut scores: Vec<(f32, PlannerKind)> = kinds.iter().map(|kind| (0.0, *kind)).collect();
+        for number in 0..REHEARSALS {
+            let hopeless = HOPELESS * best(&scores);
+            for (score, kind) in scores.iter_mut().filter(|(score, _)| *score >= hopeless) {
+                *score += self.score(*kind, secs, number);
+            }
+        }
+        let as_good = AS_GOOD * best(&scores);
         for (score, _) in &mut scores {
             *score = if *score >= as_good { f32::INFINITY } else { *score };
         }
@@ -103,15 +111,11 @@ impl<'a> Rehearsal<'a> {
         cycles * CYCLE_SECS / REHEARSALS as f64
     }
 
-    /// Returns the number of stops that robots handle under a planner in all rehearsals, of some
-    /// simulated seconds each. Those in which robots stall count less.
-    fn score(&self, kind: PlannerKind, secs: f64) -> f32 {
-        let mut score = 0.0;
-        for number in 0..REHEARSALS {
-            let (stops, has_stalled) = self.rehearse(kind, secs, number);
-            score += stops as f32 * if has_stalled { STALLED_WEIGHT } else { 1.0 };
-        }
-        score
+    /// Returns the number of stops that robots handle under a planner in a rehearsal of some
+    /// simulated seconds. They count less if robots stall.
+    fn score(&self, kind: PlannerKind, secs: f64, number: u64) -> f32 {
+        let (stops, has_stalled) = self.rehearse(kind, secs, number);
+        stops as f32 * if has_stalled { STALLED_WEIGHT } else { 1.0 }
     }
 
     /// Returns the number of stops that robots handle in a rehearsal, and whether a robot stalled.
@@ -135,6 +139,11 @@ impl<'a> Rehearsal<'a> {
         }
         (manager.orders().handled_stops(), has_stalled)
     }
+}
+
+/// The best of some scores.
+fn best(scores: &[(f32, PlannerKind)]) -> f32 {
+    scores.iter().map(|(score, _)| *score).fold(0.0, f32::max)
 }
 
 /// The robots of the model, and the columns of its frames.
