@@ -24,7 +24,7 @@ const CYCLE_SECS: f64 = 0.2;
 const REHEARSALS: u64 = 3;
 /// The longest rehearsal, and the shortest that tells planners apart, in simulated seconds.
 const MOST_SECS: f64 = 750.0;
-const LEAST_SECS: f64 = 100.0;
+const LEAST_SECS: f64 = 60.0;
 /// The cycles of all rehearsals with a planner times the robots: half a second of work at most.
 const MOST_ROBOT_CYCLES: f64 = 80e3;
 /// The same for committed ways, whose searches look at all nodes: cycles times robots times nodes.
@@ -78,9 +78,12 @@ impl<'a> Rehearsal<'a> {
 
     /// Sorts planners by what the robots carry under them, the best first. The first one stays
     /// first if it is about as good as the best. Planners that would take too long to rehearse come
-    /// last.
+    /// last, committed ways behind the others.
     pub fn sort(&self, kinds: &mut [PlannerKind]) {
-        kinds.sort_by_key(|kind| self.affordable_secs(*kind) < LEAST_SECS);
+        kinds.sort_by_key(|kind| {
+            let is_costly = self.affordable_secs(*kind) < LEAST_SECS;
+            (is_costly, is_costly && *kind == PlannerKind::Committed)
+        });
         let affordable = kinds.partition_point(|kind| self.affordable_secs(*kind) >= LEAST_SECS);
         let kinds = &mut kinds[..affordable];
         let secs = kinds.iter().map(|kind| self.affordable_secs(*kind)).fold(MOST_SECS, f64::min);
