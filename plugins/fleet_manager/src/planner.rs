@@ -188,7 +188,7 @@ impl PlannerKind {
     }
 
     /// Makes the planner that suits some roads and a number of robots: the best in a rehearsal.
-    /// Where all roads are driven one way, and robots don't crowd short blocks, it is `lanes`.
+    /// It is `lanes` if all roads are driven one way, and robots don't crowd short blocks.
     fn suited(
         roads: &Roads,
         robots: usize,

@@ -246,7 +246,8 @@ impl FleetManager {
             None => Vec::new(),
         };
         let columns = frame.columns();
-        let rehearsal = Rehearsal::new(roads, &make_orders, &columns, &types);
+        let rehearsal = Rehearsal::new(roads, &make_orders, &columns, &types)
+            .beginning_at(frame.sim_time().as_secs_f64());
         let is_there = |state: &&u8| **state != RobotState::Absent as u8;
         let robots = columns.state.iter().filter(is_there).count();
         Ok(self.cli.planner.planner(roads, robots, Some(&rehearsal)))

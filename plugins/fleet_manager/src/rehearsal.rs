@@ -34,8 +34,8 @@ const MOST_COMMITTED_WORK: f64 = 6e6;
 const STALL_SECS: f64 = 200.0;
 /// The weight of a rehearsal in which robots stalled.
 const STALLED_WEIGHT: f32 = 0.25;
-/// The part of the best score from which on the first planner, whose jams are the rarest, is as good
-/// as the best.
+/// The part of the best score from which on the first planner, which jams the least, is as good as
+/// the best.
 const AS_GOOD: f32 = 0.92;
 /// The part of the best score so far below which a planner isn't rehearsed any more.
 const HOPELESS: f32 = 0.6;
@@ -48,6 +48,8 @@ pub struct Rehearsal<'a> {
     /// By robot; `None` if it is absent, or at no road.
     bodies: Vec<Option<Body>>,
     robot_types: &'a [f32],
+    /// The time at which rehearsals begin, in simulated seconds: orders come from then on.
+    begin_secs: f64,
 }
 
 impl<'a> Rehearsal<'a> {
@@ -73,7 +75,13 @@ impl<'a> Rehearsal<'a> {
             let place = columns.s[robot].clamp(0.0, roads.edge(edge).length);
             Some(Body::on_leg(Leg::new(edge, false), place, class))
         });
-        Self { roads, orders, bodies: bodies.collect(), robot_types }
+        Self { roads, orders, bodies: bodies.collect(), robot_types, begin_secs: 0.0 }
+    }
+
+    /// Begins rehearsals at a simulated time in seconds, instead of 0.
+    #[must_use]
+    pub fn beginning_at(self, begin_secs: f64) -> Self {
+        Self { begin_secs, ..self }
     }
 
     /// Sorts planners by what the robots carry under them, the best first. The first one stays
@@ -129,7 +137,7 @@ impl<'a> Rehearsal<'a> {
         let mut fleet = Model { bodies: self.bodies.clone(), ..Model::default() };
         let (mut standing, mut has_stalled) = (vec![0.0; self.bodies.len()], false);
         for cycle in 0..(secs / CYCLE_SECS) as u32 {
-            let now_secs = f64::from(cycle) * CYCLE_SECS;
+            let now_secs = self.begin_secs + f64::from(cycle) * CYCLE_SECS;
             fleet.cycle(&mut manager, self.roads, self.robot_types, now_secs);
             for (robot, standing_secs) in (0..).zip(&mut standing) {
                 let stands = manager.is_on_its_way(robot) && !fleet.moves(robot);
@@ -204,7 +212,7 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
-    use regatta_orders::Places;
+    use regatta_orders::{Load, Places};
     use regatta_plugin::world::WorldData;
 
     use super::*;
@@ -248,6 +256,33 @@ mod tests {
             let carried = goals(best);
             assert!(10 * carried >= 8 * most, "{name}: {best:?} {carried} of {most}");
         }
+    }
+
+    /// A manager that begins late has a load whose next orders come late, too.
+    #[test]
+    fn orders_come_from_the_time_on_at_which_a_rehearsal_begins() {
+        let world = worlds::single_track(7);
+        let view = world.view(1, 1);
+        let (roads, known) = (Arc::new(Roads::new(&view)), Arc::new(Places::of(&view)));
+        let starts = places(&world, 2, 1);
+        let edge: Vec<u32> = starts.iter().map(|(leg, _)| leg.edge()).collect();
+        let s: Vec<f32> = starts.iter().map(|(_, place)| *place).collect();
+        let (x, state) = ([0.0; 2], [RobotState::Idle as u8; 2]);
+        let columns =
+            Columns { x: &x, y: &x, theta: &x, speed: &x, s: &s, edge: &edge, state: &state };
+        let load = "load: {shifts: [{until: 5000, per_hour: 0}, {until: 9000, per_hour: 120}]}";
+        let load = Load::parse(load, &known).expect("a load");
+        let orders = |number| {
+            let mut pool = OrderPool::new(known.clone());
+            pool.add_load(&load);
+            pool.for_rehearsal(number)
+        };
+        let handled = |secs: f64| {
+            let rehearsal = Rehearsal::new(&roads, &orders, &columns, &[]).beginning_at(secs);
+            rehearsal.rehearse(PlannerKind::Lanes, 600.0, 0).0
+        };
+        assert_eq!(handled(0.0), 0);
+        assert!(handled(5000.0) > 5, "{}", handled(5000.0));
     }
 
     #[test]

@@ -100,8 +100,9 @@ impl OrderPool {
     }
 
     /// Returns a pool with the same generators, without a store and without clients. Rehearsals with
-    /// other numbers than 0 have other orders of the same kinds. Without a generator, robots always have orders to the stops of the known
-    /// orders, or else to the nodes with a role, or else to any nodes.
+    /// other numbers than 0 have other orders of the same kinds. If there is no generator, each
+    /// robot has an order at any time: to the stops of the known orders, or else to the nodes with
+    /// a role to pick or drop, or else to any nodes.
     #[must_use]
     pub fn for_rehearsal(&self, number: u64) -> Self {
         let mut pool = Self::new(self.places.clone());
