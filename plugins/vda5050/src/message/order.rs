@@ -61,7 +61,8 @@ pub struct NodePosition {
     /// Radians in [-π, π].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub theta: Option<f64>,
-    /// The place around the node where the vehicle may be. The schema of 2.0 spells it `allowedDeviationXy`.
+    /// The place around the node where the vehicle may be. The schema of 2.0 spells it
+    /// `allowedDeviationXy`.
     #[serde(rename = "allowedDeviationXY", alias = "allowedDeviationXy")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed_deviation: Option<AllowedDeviation>,

@@ -88,8 +88,8 @@ impl Vehicle {
         })
     }
 
-    /// Whether the vehicle is paused: while it still brakes, the pause only begins (2.x: 6.8.2; 3.0:
-    /// 6.2.3.2).
+    /// Whether the vehicle is paused: while it still brakes, the pause only begins (2.x: 6.8.2;
+    /// 3.0: 6.2.3.2).
     fn is_paused(&self) -> bool {
         let stands = self.seen.is_none_or(|seen| !seen.is_driving());
         let is_held = self.seen.is_some_and(|seen| seen.state == RobotState::Held);

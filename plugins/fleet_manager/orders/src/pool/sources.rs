@@ -99,8 +99,8 @@ impl OrderPool {
         }
     }
 
-    /// Returns a pool with the same generators, without a store and without clients. Rehearsals with
-    /// other numbers than 0 have other orders of the same kinds. If there is no generator, each
+    /// Returns a pool with the same generators, without a store and without clients. Rehearsals
+    /// with other numbers than 0 have other orders of the same kinds. If there is no generator, each
     /// robot has an order at any time: to the stops of the known orders, or else to the nodes with
     /// a role to pick or drop, or else to any nodes.
     #[must_use]
