@@ -101,10 +101,10 @@ impl RecordSpan {
     /// Reads the header of the record that starts at `start`. Returns `None` if the record reaches
     /// beyond `limit`.
     pub fn read(file: &mut (impl Read + Seek), start: u64, limit: u64) -> io::Result<Option<Self>> {
-        if start + RECORD_HEADER > limit {
+        if limit.checked_sub(RECORD_HEADER).is_none_or(|last| start > last) {
             return Ok(None);
         }
-        let room = limit - (start + RECORD_HEADER);
+        let room = limit - start - RECORD_HEADER;
         file.seek(SeekFrom::Start(start))?;
         let mut header = [0; RECORD_HEADER as usize];
         file.read_exact(&mut header)?;

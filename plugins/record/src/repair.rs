@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mcap::Summary;
+use mcap::records::{ChunkIndex, op};
 
-use crate::mcap_file::RECORD_HEADER;
+use crate::mcap_file::{RECORD_HEADER, RecordSpan};
 use crate::output::Draft;
 use crate::progress::Progress;
 use crate::reading;
@@ -69,6 +70,9 @@ impl fmt::Display for Repair {
             return f.write_str("; the recording is closed and undamaged, nothing to repair");
         }
         write!(f, " kept, {} bytes after them removed", self.removed_bytes)?;
+        if self.removed_bytes == 0 && self.lost.is_empty() {
+            f.write_str(", the index written anew")?;
+        }
         for (i, (from, to)) in self.lost.iter().enumerate() {
             let separator = if i == 0 { "; damaged and lost: " } else { ", " };
             write!(f, "{separator}{:.2} s to {:.2} s", from.as_secs_f64(), to.as_secs_f64())?;
@@ -177,14 +181,12 @@ fn remove_damage(
     summary: &Summary,
     progress: &mut Progress,
 ) -> io::Result<Repair> {
-    let chunks = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset);
-    let record_starts =
-        chunks.chain(summary.metadata_indexes.iter().map(|index| index.offset)).collect();
+    let record_starts = record_starts(file, summary);
     let mut scan = scan(file, &record_starts, progress)?;
     let undamaged: HashSet<_> =
         scan.summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).collect();
     let lost = lost(summary, &undamaged);
-    if lost.is_empty() && scan.damage.is_empty() {
+    if lost.is_empty() && scan.damage.is_empty() && describes(summary, &scan.summary) {
         return Ok(Repair { was_closed: true, ..repair_of(summary) });
     }
     for damage in &scan.damage {
@@ -195,6 +197,43 @@ fn remove_damage(
     file.seek(SeekFrom::Start(scan.end))?;
     file.write_all(&tail(&scan))?;
     Ok(Repair { lost, ..repair_of(&scan.summary) })
+}
+
+/// The offsets of the chunks and metadata of a summary at which such a record starts.
+fn record_starts(file: &mut File, summary: &Summary) -> BTreeSet<u64> {
+    let chunks = summary.chunk_indexes.iter().map(|chunk| (chunk.chunk_start_offset, op::CHUNK));
+    let metadata = summary.metadata_indexes.iter().map(|index| (index.offset, op::METADATA));
+    let mut starts = BTreeSet::new();
+    for (start, opcode) in chunks.chain(metadata) {
+        let record = RecordSpan::read(file, start, u64::MAX);
+        if record.is_ok_and(|record| record.is_some_and(|record| record.opcode == opcode)) {
+            starts.insert(start);
+        }
+    }
+    starts
+}
+
+/// Whether the summary of a closed recording describes its undamaged contents, which were scanned.
+/// The scan may leave out where the messages of a chunk are.
+fn describes(summary: &Summary, scanned: &Summary) -> bool {
+    let mut chunks: Vec<_> = summary.chunk_indexes.iter().collect();
+    chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+    chunks.len() == scanned.chunk_indexes.len()
+        && chunks
+            .into_iter()
+            .zip(&scanned.chunk_indexes)
+            .all(|pair| describes_chunk(pair.0, pair.1))
+        && summary.metadata_indexes == scanned.metadata_indexes
+        && scanned.channels.iter().all(|(id, channel)| summary.channels.get(id) == Some(channel))
+}
+
+fn describes_chunk(index: &ChunkIndex, scanned: &ChunkIndex) -> bool {
+    let mut index = index.clone();
+    if scanned.message_index_offsets.is_empty() {
+        index.message_index_offsets.clear();
+        index.message_index_length = scanned.message_index_length;
+    }
+    index == *scanned
 }
 
 /// Returns the time ranges of the damaged chunks. Adjacent chunks share a range.

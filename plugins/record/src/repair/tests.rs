@@ -11,8 +11,11 @@ use tempfile::TempDir;
 
 use crate::mcap_file::{Compression, McapFile};
 use crate::reading::{Recording, Selection};
-use crate::repair::{RepairError, repair, repair_copy};
+use crate::repair::{RepairError, index, repair, repair_copy};
 use crate::schema::Topic;
+
+/// The bytes of the record that ends the data: opcode, length and checksum.
+const DATA_END_BYTES: usize = 13;
 
 /// Writes a recording with many small chunks, and metadata at both ends.
 fn recording(folder: &Path, compression: Compression) -> Vec<u8> {
@@ -124,6 +127,35 @@ proptest! {
     }
 }
 
+/// An index whose checksum was never written may say anything about its chunks.
+#[test]
+fn an_index_that_contradicts_the_chunks_is_written_anew() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("lies.mcap");
+    let whole = recording(folder.path(), Compression::Lz4);
+    let data_end = mcap::read::footer(&whole).unwrap().summary_start as usize - DATA_END_BYTES;
+    let lies: [fn(&mut Summary); 5] = [
+        |summary| summary.chunk_indexes[3].compressed_size += 7000,
+        |summary| summary.chunk_indexes[3].chunk_length -= 1,
+        |summary| {
+            summary.chunk_indexes[3].message_index_offsets.pop_first();
+        },
+        |summary| summary.metadata_indexes[0].offset += 1,
+        |summary| summary.chunk_indexes[3].compression = "zstd".to_owned(),
+    ];
+    for (number, lie) in lies.into_iter().enumerate() {
+        let mut summary = Summary::read(&whole).unwrap().unwrap();
+        lie(&mut summary);
+        let end = index(&summary, data_end as u64);
+        fs::write(&path, [&whole[..data_end], &end].concat()).unwrap();
+        let outcome = repair(&path).unwrap();
+        assert_eq!((outcome.was_closed, outcome.lost.len()), (false, 0), "lie {number}");
+        let text = outcome.to_string();
+        assert!(text.contains("150 messages") && text.contains("index written anew"), "{text}");
+        assert_eq!(times(&fs::read(&path).unwrap()), times(&whole), "lie {number}");
+        assert!(repair(&path).unwrap().was_closed, "lie {number}");
+    }
+}
 /// Readers with and without an index lose the damaged chunk, and no other.
 #[test]
 fn damage_in_a_closed_recording_costs_only_the_damaged_chunk() {
