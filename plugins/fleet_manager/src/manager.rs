@@ -52,6 +52,8 @@ pub struct Manager {
     checked: (u64, usize),
     /// The nodes of which a warning says that no way leads on from them.
     traps: BTreeSet<u32>,
+    /// The robots for which waiting orders were judged, with the part of the roads of each.
+    judged_for: Vec<(u32, Option<u32>)>,
     warnings: Vec<String>,
     /// The number of cycles in which vehicles were shown.
     vehicle_cycles: usize,
@@ -68,7 +70,7 @@ impl Manager {
         orders: OrderPool,
     ) -> Self {
         Self {
-            times: DrivingTimes::new(&roads),
+            times: DrivingTimes::default(),
             steering: Steering::new(roads, planner, settings),
             orders,
             charging: Charging::default(),
@@ -77,6 +79,7 @@ impl Manager {
             candidates: Vec::new(),
             checked: (0, 0),
             traps: BTreeSet::new(),
+            judged_for: Vec::new(),
             warnings: Vec::new(),
             vehicle_cycles: 0,
             vehicles_shown: None,

@@ -3,6 +3,7 @@
 
 mod cache;
 mod conflicts;
+mod driving_times;
 mod reservoirs;
 mod stops;
 mod stubs;
@@ -10,7 +11,7 @@ mod stubs;
 mod tests;
 mod zones;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, Vec2, vec2};
 use regatta_base::cores;
@@ -24,6 +25,8 @@ use regatta_plugin::world::{CurveRecord, EdgeRecord, Levels, Orientation, RobotT
 pub use self::cache::{CacheError, default_folder as default_cache_folder};
 use self::cache::{Reader, Writer};
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
+use self::driving_times::DrivingTimes;
+pub use self::driving_times::lower_costs;
 pub use self::stops::Stops;
 pub use self::stubs::Stubs;
 pub use self::zones::{Rule, ZonePart, Zones};
@@ -112,6 +115,7 @@ pub struct Roads {
     reservoirs: Vec<bool>,
     stubs: Stubs,
     zones: Arc<Zones>,
+    driving_times: OnceLock<DrivingTimes>,
 }
 
 /// The largest difference in radians between the headings of consecutive legs that robots drive
@@ -158,6 +162,7 @@ impl Roads {
             stops: Vec::new(),
             reservoirs: Vec::new(),
             stubs: Stubs::default(),
+            driving_times: OnceLock::new(),
         };
         roads.stubs = Stubs::new(&roads);
         roads

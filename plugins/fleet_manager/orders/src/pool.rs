@@ -43,6 +43,7 @@ pub struct OrderPool {
     names: BTreeMap<OrderName, OrderId>,
     by_robot: FxHashMap<u32, OrderId>,
     waiting: BTreeSet<OrderId>,
+    new_waiting: Vec<OrderId>,
     /// The open orders that only one robot may get, by robot.
     intended: BTreeSet<(u32, OrderId)>,
     /// Orders whose earliest start is to come, by its bits: times are not negative, and so these
@@ -112,6 +113,25 @@ impl OrderPool {
         self.waiting.iter().filter_map(|id| self.open.get(id))
     }
 
+    /// Returns an order if it waits for a robot.
+    pub fn waiting_order(&self, id: OrderId) -> Option<&Order> {
+        self.waiting.contains(&id).then(|| self.open.get(&id))?
+    }
+
+    /// Takes the orders that have begun to wait for a robot since the last call, in ascending order
+    /// of their numbers. Some may not wait any more.
+    pub fn take_new_waiting(&mut self) -> Vec<OrderId> {
+        let mut orders = std::mem::take(&mut self.new_waiting);
+        orders.sort_unstable();
+        orders.dedup();
+        orders
+    }
+
+    fn wait(&mut self, id: OrderId) {
+        self.waiting.insert(id);
+        self.new_waiting.push(id);
+    }
+
     /// Returns the order that a robot has.
     pub fn order_of(&self, robot: u32) -> Option<OrderId> {
         self.by_robot.get(&robot).copied()
@@ -178,7 +198,7 @@ impl OrderPool {
         }
         order.state = State::Waiting;
         self.by_robot.remove(&robot);
-        self.waiting.insert(id);
+        self.wait(id);
         self.note(id, now_secs, Change::Withdrawn { robot });
         Ok(id)
     }
@@ -207,7 +227,7 @@ impl OrderPool {
         };
         order.state = State::Waiting;
         order.reason.clear();
-        self.waiting.insert(id);
+        self.wait(id);
         if let Some(source) = self.source_of(id) {
             source.unroutable -= 1;
         }

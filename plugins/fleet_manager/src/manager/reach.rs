@@ -3,7 +3,7 @@
 use regatta_orders::{Order, OrderId, State, Stop, Unroutable};
 
 use super::Manager;
-use crate::planner::DrivingTimes;
+use crate::roads::Roads;
 use crate::steering::Steering;
 
 impl Manager {
@@ -14,7 +14,7 @@ impl Manager {
         if std::mem::replace(&mut self.checked, now) != now {
             let lost = self.orders.open_orders().filter(|order| order.state == State::Unroutable);
             let mut back: Vec<&Order> = lost.filter(|order| !self.is_out_of_reach(order)).collect();
-            let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
+            let ways = Ways::of(&self.steering, &self.present);
             back.retain(|order| ways.obstacle(order).is_none());
             for id in back.iter().map(|order| order.id).collect::<Vec<_>>() {
                 self.orders.reopen(id, now_secs);
@@ -58,18 +58,23 @@ impl Manager {
     }
 
     /// Whether no way leads a robot to its next stop, but one leads another robot there.
-    fn is_for_others(&mut self, robot: u32) -> bool {
+    fn is_for_others(&self, robot: u32) -> bool {
         let Some(Stop { node: goal, .. }) = self.orders.current_stop(robot) else { return false };
-        let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
+        let ways = Ways::of(&self.steering, &self.present);
         !ways.lead(robot, goal) && ways.lead_any(goal)
     }
 
     /// Marks the waiting orders that no robot can carry out, and warns of stops from which no way
-    /// leads on.
+    /// leads on. An order is judged again only if robots have come to other parts of the roads.
     pub(super) fn find_impossible(&mut self, now_secs: f64) {
-        let mut ways = Ways::of(&mut self.times, &self.steering, &self.present);
+        let ways = Ways::of(&self.steering, &self.present);
+        let parts = ways.parts();
+        let mut ids = self.orders.take_new_waiting();
+        if parts != self.judged_for {
+            ids = self.orders.waiting_orders().map(|order| order.id).collect();
+        }
         let mut impossible = Vec::new();
-        for order in self.orders.waiting_orders() {
+        for order in ids.into_iter().filter_map(|id| self.orders.waiting_order(id)) {
             if let Some(obstacle) = ways.obstacle(order) {
                 impossible.push((order.id, obstacle));
             } else if let Some(node) = ways.trap(order).filter(|node| self.traps.insert(*node)) {
@@ -83,25 +88,35 @@ impl Manager {
         for (id, obstacle) in impossible {
             self.orders.unroutable(id, now_secs, obstacle);
         }
+        self.judged_for = parts;
     }
 }
 
 /// The ways of the layout that lead robots to nodes, closed roads included.
 struct Ways<'a> {
-    times: &'a mut DrivingTimes,
+    roads: &'a Roads,
     steering: &'a Steering,
     present: &'a [u32],
 }
 
 impl<'a> Ways<'a> {
-    fn of(times: &'a mut DrivingTimes, steering: &'a Steering, present: &'a [u32]) -> Self {
-        Self { times, steering, present }
+    fn of(steering: &'a Steering, present: &'a [u32]) -> Self {
+        Self { roads: steering.roads(), steering, present }
+    }
+
+    /// Returns the robots, and the part of the roads in which each is, if its place is known.
+    fn parts(&self) -> Vec<(u32, Option<u32>)> {
+        let parts = self.present.iter().map(|robot| {
+            let node = self.steering.base_end_node(*robot);
+            (*robot, node.map(|node| self.roads.part_of(node)))
+        });
+        parts.collect()
     }
 
     /// Returns the reason for which the layout allows no robot to carry an order out, if any.
-    fn obstacle(&mut self, order: &Order) -> Option<Unroutable> {
+    fn obstacle(&self, order: &Order) -> Option<Unroutable> {
         let stops = &order.content.stops;
-        if !stops.windows(2).all(|pair| self.times.can_reach(pair[0].node, pair[1].node)) {
+        if !stops.windows(2).all(|pair| self.roads.can_reach(pair[0].node, pair[1].node)) {
             return Some(Unroutable::NoWayOn);
         }
         let first = stops.first()?.node;
@@ -115,22 +130,22 @@ impl<'a> Ways<'a> {
 
     /// Returns the last stop of an order if no way leads on from there, neither to another stop
     /// nor back to a robot that could come.
-    fn trap(&mut self, order: &Order) -> Option<u32> {
+    fn trap(&self, order: &Order) -> Option<u32> {
         let stops = &order.content.stops;
         let last = stops.last()?.node;
-        let roads = self.steering.roads();
+        let roads = self.roads;
         let mut exits = roads.exits(last).iter().map(|leg| roads.end(*leg));
-        if exits.any(|next| self.times.can_reach(next, last)) {
+        if exits.any(|next| self.roads.can_reach(next, last)) {
             return None;
         }
         let places = self.present.iter().filter_map(|robot| self.steering.base_end_node(*robot));
         let others = stops.iter().map(|stop| stop.node).chain(places).filter(|at| *at != last);
         let mut is_trap = false;
         for at in others.filter(|at| *at != last) {
-            if self.times.can_reach(last, at) {
+            if self.roads.can_reach(last, at) {
                 return None;
             }
-            is_trap |= self.times.can_reach(at, last);
+            is_trap |= self.roads.can_reach(at, last);
         }
         is_trap.then_some(last)
     }
@@ -141,14 +156,13 @@ impl<'a> Ways<'a> {
     }
 
     /// Whether a way leads a robot to a node, or its place isn't known.
-    fn lead(&mut self, robot: u32, goal: u32) -> bool {
+    fn lead(&self, robot: u32, goal: u32) -> bool {
         let node = self.steering.base_end_node(robot);
-        node.is_none_or(|node| self.times.can_reach(node, goal))
+        node.is_none_or(|node| self.roads.can_reach(node, goal))
     }
 
     /// Whether a way leads any robot to a node, or there are no robots yet.
-    fn lead_any(&mut self, goal: u32) -> bool {
-        let present = self.present;
-        present.is_empty() || present.iter().any(|robot| self.lead(*robot, goal))
+    fn lead_any(&self, goal: u32) -> bool {
+        self.present.is_empty() || self.present.iter().any(|robot| self.lead(*robot, goal))
     }
 }

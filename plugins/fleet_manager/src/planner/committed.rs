@@ -83,7 +83,7 @@ impl Committed {
             lay_bys: LayBys::new(roads, &mut blocks),
             blocks,
             router: Router::new(roads),
-            times: DrivingTimes::new(roads),
+            times: DrivingTimes::default(),
             state: State::new(roads),
             commitments: Vec::new(),
             asked: BTreeMap::new(),

@@ -9,8 +9,7 @@ use glam::Vec2;
 use regatta_base::cores::map_on;
 use regatta_base::rows::Rows;
 
-use super::driving_times::lower_costs;
-use crate::roads::Roads;
+use crate::roads::{Roads, lower_costs};
 
 /// The number of landmarks: the times of a node then fill a cache line.
 const LANDMARKS: usize = 16;

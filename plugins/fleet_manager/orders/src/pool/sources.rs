@@ -170,7 +170,7 @@ impl OrderPool {
             self.early.remove(&(bits, id));
             if let Some(order) = self.open.get_mut(&id) {
                 order.state = State::Waiting;
-                self.waiting.insert(id);
+                self.wait(id);
                 self.changed.insert(id);
             }
         }
@@ -214,7 +214,7 @@ impl OrderPool {
             self.early.insert((order.content.earliest_secs.to_bits(), id));
         } else {
             order.state = State::Waiting;
-            self.waiting.insert(id);
+            self.wait(id);
         }
         self.intended.extend(order.content.intended_robot.map(|robot| (robot, id)));
         self.names.insert(order.content.name.clone(), id);

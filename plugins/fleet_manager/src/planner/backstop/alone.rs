@@ -11,7 +11,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use super::lacam::{Hop, Outcome, Problem};
-use crate::planner::driving_times::lower_costs;
+use crate::roads::lower_costs;
 
 /// The factor of the estimated remaining time: more leads to the goal sooner, by longer ways.
 const GREED: f32 = 3.0;

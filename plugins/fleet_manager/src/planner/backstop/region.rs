@@ -145,7 +145,7 @@ impl Region {
     /// Finds the targets of members: their goals, or the stands nearest to these.
     fn find_targets(&mut self, traffic: &Traffic<'_>, ends: &BTreeMap<Leg, u16>) {
         let roads = traffic.roads;
-        let mut times = DrivingTimes::new(roads);
+        let mut times = DrivingTimes::default();
         let mut ranked: Vec<(f64, usize)> = Vec::new();
         for (member, robot) in self.members.iter().enumerate() {
             ranked.push((traffic.robot(*robot).map_or(f64::INFINITY, |state| state.sent), member));

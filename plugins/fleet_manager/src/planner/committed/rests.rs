@@ -4,8 +4,7 @@
 use std::cmp::Reverse;
 
 use super::blocks::Blocks;
-use crate::planner::driving_times::lower_costs;
-use crate::roads::{Leg, Roads};
+use crate::roads::{Leg, Roads, lower_costs};
 
 /// The largest number of steps that the search for rest places takes: a leg looked at is one.
 const MOST_STEPS: usize = 300_000_000;

@@ -1,7 +1,6 @@
 //! The problem that LaCAM searches: stands, ways between them, and the targets of robots.
 
-use crate::planner::driving_times::lower_costs;
-
+use crate::roads::lower_costs;
 /// A way from a stand to another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Way {
