@@ -149,7 +149,7 @@ impl ContactDecoder {
             self.pairs = update.added.iter().map(decode::contact).collect();
             self.trends.clear();
             self.trends.resize(self.pairs.len(), IVec3::ZERO);
-        } else if self.number.is_some_and(|number| number + 1 == update.number) {
+        } else if self.number.is_some_and(|number| number.checked_add(1) == Some(update.number)) {
             self.update(&update)?;
         } else {
             self.number = None;

@@ -109,7 +109,7 @@ pub fn info(path: &Path) -> Result<Info, ReadingError> {
 /// Returns the mean rate of messages on a topic, given their number.
 fn per_second(recording: &Recording, messages: u64) -> f64 {
     let (start, end) = recording.span();
-    let seconds = (end - start).as_secs_f64();
+    let seconds = end.saturating_sub(start).as_secs_f64();
     if seconds > 0.0 { messages.saturating_sub(1) as f64 / seconds } else { 0.0 }
 }
 
@@ -156,7 +156,7 @@ fn sizes(recording: &Recording) -> Result<BTreeMap<Topic, Size>, ReadingError> {
             if let Some(topic) = recording.topic(*channel) {
                 let size = sizes.entry(topic.clone()).or_default();
                 let bytes = end.saturating_sub(*start);
-                size.bytes += bytes;
+                size.bytes = size.bytes.saturating_add(bytes);
                 size.in_file += bytes as f64 * ratio;
             }
         }

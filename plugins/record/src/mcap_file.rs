@@ -115,7 +115,7 @@ impl RecordSpan {
 
     /// Returns the offset of the next record.
     pub fn end(&self) -> u64 {
-        self.start + RECORD_HEADER + self.length
+        (self.start + RECORD_HEADER).saturating_add(self.length)
     }
 
     /// Reads the record's content.

@@ -102,7 +102,8 @@ impl Player {
         let recorded = RecordedFrame::parse(message)?;
         let header = recorded.header;
         let of_run = self.last.filter(|last| last.run_id == header.run_id && last.sequence > 0);
-        let missed = of_run.map_or(0, |last| header.sequence.saturating_sub(last.sequence + 1));
+        let next = of_run.map(|last| last.sequence.saturating_add(1));
+        let missed = next.map_or(0, |next| header.sequence.saturating_sub(next));
         self.last = Some(header);
         if let Some(frame) = self.buffer.fill(&recorded) {
             take(Published::Frame(frame.after_missing(missed)));

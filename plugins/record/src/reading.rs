@@ -158,7 +158,8 @@ impl Recording {
     pub fn count(&self, topic: &Topic) -> u64 {
         let Some(stats) = &self.summary.stats else { return 0 };
         let counts = &stats.channel_message_counts;
-        self.channels(topic).filter_map(|channel| counts.get(&channel)).sum()
+        let counts = self.channels(topic).filter_map(|channel| counts.get(&channel));
+        counts.fold(0, |sum, count| sum.saturating_add(*count))
     }
 
     /// Returns the channels of a topic.

@@ -22,11 +22,11 @@ impl Timeline {
         if header.run_id != self.newest.run_id {
             let is_first_run = self.newest.run_id == 0;
             self.first = simulated;
-            self.start =
-                if is_first_run { simulated } else { self.now + header.tick_period_nanos.max(1) };
+            let next = self.now.saturating_add(header.tick_period_nanos.max(1));
+            self.start = if is_first_run { simulated } else { next };
         }
         self.newest = *header;
-        self.now = self.start + simulated.saturating_sub(self.first);
+        self.now = self.start.saturating_add(simulated.saturating_sub(self.first));
         self.now
     }
 
