@@ -44,7 +44,7 @@ const FLEET_MANAGER: &str = "fleet-manager";
 /// The name of the plugin that lets a master of VDA 5050 steer the robots.
 const VDA5050: &str = "vda5050";
 /// The section of a scenario that the fleet manager reads.
-const LOAD: &str = "load";
+pub const LOAD: &str = "load";
 /// Whether this program has a viewer.
 const HAS_VIEWER: bool = cfg!(feature = "viewer");
 

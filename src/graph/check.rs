@@ -1,10 +1,14 @@
 //! `regatta graph check`: lists everything that is wrong with a route graph, or with a scenario and
-//! its route graph.
+//! its route graph. A scenario is begun in this process, so that it meets all that a run does.
 
 use std::path::Path;
 use std::process::ExitCode;
 
+use regatta_base::yaml;
 use regatta_layout::{FileText, Finding, Findings, GraphError};
+use regatta_orders::{Load, Places};
+use regatta_plugin::{Frame, Plugin, World};
+use regatta_run::Run;
 use regatta_scenario::{Overrides, Scenario, ScenarioError, is_scenario};
 use serde_json::{Value, json};
 
@@ -13,6 +17,7 @@ use super::traffic::{Traffic, TrafficArgs};
 use crate::failure::Failure;
 use crate::output::{show, with_plural};
 use crate::progress::Progress;
+use crate::run::LOAD;
 use crate::scenario::viewer_args;
 
 /// The result of a check.
@@ -25,6 +30,8 @@ struct Checked {
     /// Errors and warnings about the scenario itself.
     scenario_error: Option<ScenarioError>,
     scenario_warnings: Vec<String>,
+    /// The error of beginning a run of the scenario.
+    start_error: Option<String>,
     /// What the layout allows, if that was asked for.
     traffic: Option<Traffic>,
 }
@@ -72,7 +79,10 @@ fn check_scenario(
             let content = Some(format!("{robots} on {edges}"));
             let robot = traffic.robot_of(&scenario)?;
             let traffic = robot.map(|robot| Traffic::new(&scenario.graph, robot));
-            Ok(Checked { content, scenario_warnings: scenario.warnings, traffic, ..checked })
+            let scenario_warnings = scenario.warnings.clone();
+            let start_error = start_error(scenario, &file.name());
+            let content = content.filter(|_| start_error.is_none());
+            Ok(Checked { content, scenario_warnings, start_error, traffic, ..checked })
         }
         Err(ScenarioError::Graph(GraphError::Invalid(findings))) => {
             Ok(Checked { findings, ..checked })
@@ -84,14 +94,50 @@ fn check_scenario(
     }
 }
 
+/// Begins a run of a scenario, whose file has a name, and returns the error of that, if any.
+fn start_error(scenario: Scenario, name: &str) -> Option<String> {
+    let text = scenario.source.has(LOAD).then(|| scenario.source.text().to_owned());
+    let mut load = LoadReader { text, error: None };
+    let begun = Run::new(scenario).with(&mut load).for_ticks(0);
+    let load_error = load.error.map(|error| format!("{name}:{}: {}", error.line, error.reason));
+    load_error.or_else(|| begun.err().map(|error| format!("{name}: {error}")))
+}
+
+/// Reads a load as the fleet manager does, by the places of the world.
+struct LoadReader {
+    text: Option<String>,
+    error: Option<yaml::Error>,
+}
+
+impl Plugin for LoadReader {
+    fn on_world(&mut self, world: &World<'_>) -> regatta_plugin::Result {
+        if let Some(text) = &self.text {
+            self.error = Load::parse(text, &Places::of(world)).err();
+        }
+        Ok(())
+    }
+
+    fn on_frame(&mut self, _frame: &Frame<'_>) -> regatta_plugin::Result {
+        Ok(())
+    }
+}
+
 impl Checked {
     fn route_graph(content: Option<String>, findings: Findings) -> Self {
-        let (kind, scenario_warnings) = ("route graph", Vec::new());
-        Self { kind, content, findings, scenario_error: None, scenario_warnings, traffic: None }
+        Self {
+            kind: "route graph",
+            content,
+            findings,
+            scenario_error: None,
+            scenario_warnings: Vec::new(),
+            start_error: None,
+            traffic: None,
+        }
     }
 
     fn errors(&self) -> usize {
-        self.findings.errors() + usize::from(self.scenario_error.is_some())
+        self.findings.errors()
+            + usize::from(self.scenario_error.is_some() || self.start_error.is_some())
     }
 
     fn warnings(&self) -> usize {
@@ -103,6 +149,7 @@ impl Checked {
         let mut lines: Vec<String> =
             self.findings.as_slice().iter().map(Finding::to_string).collect();
         lines.extend(self.scenario_error.iter().map(ScenarioError::to_string));
+        lines.extend(self.start_error.iter().cloned());
         lines.extend(self.scenario_warnings.iter().cloned());
         let listed = self.findings.as_slice().len();
         let unlisted = self.findings.errors() + self.findings.warnings() - listed;
@@ -126,6 +173,9 @@ impl Checked {
         let mut findings: Vec<_> = self.findings.as_slice().iter().map(finding_json).collect();
         if let Some(error) = &self.scenario_error {
             findings.push(json!({"severity": "error", "message": error.to_string()}));
+        }
+        if let Some(error) = &self.start_error {
+            findings.push(json!({"severity": "error", "message": error}));
         }
         for warning in &self.scenario_warnings {
             findings.push(json!({"severity": "warning", "message": warning}));

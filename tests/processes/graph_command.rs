@@ -221,6 +221,15 @@ fn a_scenario_is_recognised_and_checked() {
         "{with_bad_graph}"
     );
 
+    // A run would begin with the robots and the load.
+    std::fs::copy(graphs("square.yaml"), folder.path().join("square.yaml")).expect("copied");
+    let robots = "graph: square.yaml\nrobots: [{count: 300, routes: none}]\n";
+    assert!(check(robots).contains("of 300 robots fit"), "{}", check(robots));
+    let load = "graph: square.yaml\nrobots: [{node: 1}]\nload: {per_hour: 9, from: nowhere}\n";
+    let unknown = check(load);
+    assert!(unknown.contains("scenario.yaml:3: `nowhere` is neither a group"), "{unknown}");
+    assert!(unknown.contains("a scenario that can't be run; 1 error"), "{unknown}");
+
     let message = text(&regatta_graph(&["info"], Some(&file)).stderr);
     assert!(message.contains("this is a scenario") && message.lines().count() == 1, "{message}");
 }
