@@ -98,6 +98,9 @@ impl<'a> Rehearsal<'a> {
         let mut scores: Vec<(f32, PlannerKind)> = kinds.iter().map(|kind| (0.0, *kind)).collect();
         for number in 0..REHEARSALS {
             let hopeless = HOPELESS * best(&scores);
+            if scores.iter().filter(|(score, _)| *score >= hopeless).count() == 1 {
+                break;
+            }
             for (score, kind) in scores.iter_mut().filter(|(score, _)| *score >= hopeless) {
                 *score += self.score(*kind, secs, number);
             }

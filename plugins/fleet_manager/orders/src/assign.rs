@@ -1,5 +1,6 @@
 //! The assignment of orders to robots.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use glam::Vec2;
@@ -152,12 +153,17 @@ fn most_urgent(orders: &[OpenOrder], count: usize) -> (Vec<OpenOrder>, Vec<(Orde
     if orders.len() <= count {
         return (orders, Vec::new());
     }
-    orders.sort_by(|a, b| {
-        let urgency = b.urgency_secs.total_cmp(&a.urgency_secs);
-        a.robot.is_some().cmp(&b.robot.is_some()).then(urgency).then(a.id.cmp(&b.id))
-    });
+    // Only the most urgent ones need to be in order: there may be thousands of others.
+    orders.select_nth_unstable_by(count - 1, by_urgency);
     let rest = orders.split_off(count);
+    orders.sort_unstable_by(by_urgency);
     (orders, rest.iter().filter_map(|order| Some((order.id, order.robot?))).collect())
+}
+
+/// Compares orders by whether a robot has them, then by descending urgency, then by number.
+fn by_urgency(a: &OpenOrder, b: &OpenOrder) -> Ordering {
+    let urgency = b.urgency_secs.total_cmp(&a.urgency_secs);
+    a.robot.is_some().cmp(&b.robot.is_some()).then(urgency).then(a.id.cmp(&b.id))
 }
 
 impl Nearest {
