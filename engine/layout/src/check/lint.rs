@@ -39,6 +39,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     linter.warn_of_jumps();
     linter.warn_of_dead_ends();
     linter.warn_of_unreachable();
+    linter.warn_of_ids_as_names();
 }
 
 /// Compares the total length of the splines with unequal handles under both conventions.
@@ -253,6 +254,22 @@ impl NodeLinter<'_, '_, '_> {
     fn name(&self, node: NodeIndex) -> String {
         let node = self.graph.node(node);
         node.name().map_or_else(|| node.id.to_string(), |name| format!("`{}`", shorten(name)))
+    }
+
+    /// Warns of nodes whose name is the id of another one: which of both is meant depends on where
+    /// it is written.
+    fn warn_of_ids_as_names(&mut self) {
+        let nodes = (0..).map(NodeIndex).zip(self.graph.nodes());
+        let confusing = nodes.filter(|(index, node)| {
+            let id = node.name().and_then(|name| name.parse().ok());
+            id.and_then(|id| self.graph.node_by_id(id)).is_some_and(|other| other != *index)
+        });
+        let confusing: Vec<NodeIndex> = confusing.map(|(index, _)| index).collect();
+        self.warn_once(
+            &confusing,
+            "its name is the id of another node: orders and commands mean the node with the name, \
+             and numbers in a scenario the one with the id; rename it, or write names in quotes",
+        );
     }
 
     /// Reports one warning for each strongly connected component that no leg enters, except the

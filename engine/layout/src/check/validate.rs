@@ -22,6 +22,12 @@ use crate::model::value::{plural, shorten};
 /// millimetre.
 pub const MAX_COORDINATE: f64 = 8000.0;
 
+/// The largest extent in metres, which leaves room to round the origin.
+const MAX_EXTENT: f64 = 2.0 * MAX_COORDINATE - 1000.0;
+
+/// Of so many nodes, at most one may be far from the others as its position is wrong.
+const MAX_OUTLIERS: usize = 3;
+
 /// The largest speed in metres per second.
 pub const MAX_SPEED: f64 = 50.0;
 
@@ -89,13 +95,34 @@ fn origin(raw: &RawGraph) -> DVec2 {
         .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)));
     let farthest = min.abs().max(max.abs()).max_element();
     let extent = (max - min).max_element();
-    // If the graph is too large, or a few nodes have wrong positions, errors give the file's
-    // coordinates.
-    if farthest <= MAX_COORDINATE || !farthest.is_finite() || extent > 2.0 * MAX_COORDINATE - 1000.0
-    {
+    if farthest <= MAX_COORDINATE || !farthest.is_finite() {
         return DVec2::ZERO;
     }
-    ((min + max) / 2000.0).round() * 1000.0
+    if extent > MAX_EXTENT {
+        return origin_of_most(raw).unwrap_or(DVec2::ZERO);
+    }
+    in_kilometres((min + max) / 2.0)
+}
+
+/// Returns the origin of the nodes without a few whose positions are wrong, if there are such.
+fn origin_of_most(raw: &RawGraph) -> Option<DVec2> {
+    let mut x: Vec<f64> = raw.nodes.iter().filter_map(|node| node.x).collect();
+    let mut y: Vec<f64> = raw.nodes.iter().filter_map(|node| node.y).collect();
+    x.sort_by(f64::total_cmp);
+    y.sort_by(f64::total_cmp);
+    let middle = in_kilometres(DVec2::new(*x.get(x.len() / 2)?, *y.get(y.len() / 2)?));
+    let far = raw.nodes.iter().filter(|node| is_outlier(node, middle)).count();
+    (middle != DVec2::ZERO && MAX_OUTLIERS * far <= raw.nodes.len()).then_some(middle)
+}
+
+fn is_outlier(node: &RawNode, middle: DVec2) -> bool {
+    let (Some(x), Some(y)) = (node.x, node.y) else { return false };
+    (DVec2::new(x, y) - middle).abs().max_element() > MAX_COORDINATE
+}
+
+/// Rounds a position to whole kilometres.
+fn in_kilometres(position: DVec2) -> DVec2 {
+    (position / 1000.0).round() * 1000.0
 }
 
 fn check_stations(
@@ -218,12 +245,18 @@ impl NodeCheck<'_, '_, '_> {
         let Some(value) = value.filter(|value| (value - origin).abs() > MAX_COORDINATE) else {
             return;
         };
-        self.error(&format!(
-            "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, \
-             the range in which poses are precise: check that the unit is metres, or split the \
-             graph",
-            2.0 * MAX_COORDINATE - 1000.0
-        ));
+        let message = match origin == 0.0 {
+            true => format!(
+                "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than \
+                 {MAX_EXTENT} m, the range in which poses are precise: check that the unit is \
+                 metres, or split the graph"
+            ),
+            false => format!(
+                "{name} is {value} m, over {MAX_COORDINATE} m from {origin} m, where most nodes \
+                 are: correct the node's position, or remove the node"
+            ),
+        };
+        self.error(&message);
     }
 
     fn error(&mut self, message: &str) {

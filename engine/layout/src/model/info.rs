@@ -25,6 +25,8 @@ pub struct Info {
     pub length: Lengths,
     /// The smallest rectangle, in metres, that contains all nodes and curves.
     pub bounding_box: BoundingBox,
+    /// The position of the graph's (0, 0) in the file, in metres.
+    pub origin: [f64; 2],
     /// The speeds from origin to destination in metres per second.
     pub speed: Range,
     /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no
@@ -106,6 +108,7 @@ impl Info {
                 .count(),
             length: Lengths::of(graph),
             bounding_box: BoundingBox::of(graph),
+            origin: graph.origin().to_array(),
             speed: Range::of(edges.iter().map(|edge| edge.speed)),
             reverse_speed: Some(Range::of(reverse)).filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
@@ -204,6 +207,10 @@ impl fmt::Display for Info {
             "extent      {:.1} m × {:.1} m: x {:.2} to {:.2}, y {:.2} to {:.2}",
             size.x, size.y, bounds.min_x, bounds.max_x, bounds.min_y, bounds.max_y
         )?;
+        if self.origin != [0.0; 2] {
+            let [x, y] = self.origin;
+            writeln!(f, "origin      x {x}, y {y} in the file: positions are relative to it")?;
+        }
         writeln!(f, "speed       {} forward", self.speed)?;
         if let Some(backwards) = self.reverse_speed {
             writeln!(f, "            {backwards} backwards")?;

@@ -100,6 +100,28 @@ fn a_graph_far_from_the_origin_gets_an_origin_of_its_own() {
 }
 
 #[test]
+fn a_node_that_is_far_from_all_others_is_told_and_not_they() {
+    let far = format!("{NODES}{EDGES}").replace("X: ", "X: 50000").replace("Y: 0", "Y: -3000000");
+    let found = check(&far.replace("Edges:", "- {Id: 3, X: 0, Y: 0, Theta: 0}\nEdges:"));
+    let errors: Vec<_> = found.iter().filter(|line| line.contains("error")).collect();
+    assert_eq!(errors.len(), 2, "{found:#?}");
+    for error in errors {
+        assert!(error.starts_with("4 error node 3") && error.contains("most nodes are"), "{error}");
+    }
+}
+
+#[test]
+fn a_name_that_is_the_id_of_another_node_is_told() {
+    let named = |name: &str| {
+        format!("{EDGES}{}", NODES.replace("{Id: 2,", &format!("{{Id: 2, Name: '{name}',")))
+    };
+    assert_only(&check(&named("1")), "5 warning node 2", "its name is the id of another node");
+    for own_or_no_id in ["2", "3", "A"] {
+        assert_eq!(check(&named(own_or_no_id)), [""; 0]);
+    }
+}
+
+#[test]
 fn duplicate_ids_are_reported() {
     let edge = "Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
     assert_only(
