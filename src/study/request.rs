@@ -150,7 +150,11 @@ fn variants(
     }
     if args.bound || args.manager.is_some() {
         let mut bound = variants[0].clone().bound();
-        bound.name = "bound".to_owned();
+        bound.name = match axes {
+            [] => "bound".to_owned(),
+            // The bounds of other values may be others.
+            _ => format!("bound of {}", variants[0].name),
+        };
         name_first(&mut variants, "as it is");
         variants.push(bound);
     }
