@@ -158,7 +158,7 @@ impl Committed {
     /// and the way from there.
     fn set_state(&mut self, traffic: &Traffic<'_>, change: Option<(u32, Stretch, &[Leg])>) {
         let Self { state, blocks, commitments, .. } = self;
-        state.clear();
+        state.clear(blocks);
         for (robot, known) in traffic.robots() {
             let (Some(&end), Some((last, _))) =
                 (traffic.claims.end(robot), traffic.base_end(robot))

@@ -1,7 +1,5 @@
 //! The legs that a standing robot blocks.
 
-use std::collections::BTreeMap;
-
 use crate::claims::Stretch;
 use crate::roads::{Leg, Relation, Roads};
 
@@ -19,11 +17,15 @@ pub fn key_count(roads: &Roads) -> usize {
     2 * roads.edges().len() + roads.nodes() as usize
 }
 
+/// The end of a leg, where a robot of a footprint stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EndId(usize);
+
 /// The keys that robots block which stand at the ends of legs, computed on demand.
 #[derive(Debug, Default)]
 pub struct Blocks {
-    /// By footprint and leg.
-    at_ends: BTreeMap<(usize, Leg), Box<[Key]>>,
+    /// By footprint and leg; `None` if they aren't computed yet.
+    at_ends: Vec<Option<Box<[Key]>>>,
 }
 
 impl Blocks {
@@ -38,10 +40,27 @@ impl Blocks {
 
     /// The same for a robot at the end of a leg.
     pub fn at_end(&mut self, roads: &Roads, footprint: usize, leg: Leg) -> &[Key] {
-        self.at_ends.entry((footprint, leg)).or_insert_with(|| {
+        let end = self.end(roads, footprint, leg);
+        self.at(end)
+    }
+
+    /// The end of a leg, for [`at`](Self::at).
+    pub fn end(&mut self, roads: &Roads, footprint: usize, leg: Leg) -> EndId {
+        let legs = 2 * roads.edges().len();
+        let index = footprint * legs + leg.index();
+        if index >= self.at_ends.len() {
+            self.at_ends.resize((footprint + 1) * legs, None);
+        }
+        self.at_ends[index].get_or_insert_with(|| {
             let end = Stretch::at(leg, roads.edge(leg.edge()).length);
             blocked(roads, footprint, &end).into_boxed_slice()
-        })
+        });
+        EndId(index)
+    }
+
+    /// All that a robot blocks at an end, in ascending order.
+    pub fn at(&self, end: EndId) -> &[Key] {
+        self.at_ends[end.0].as_deref().unwrap_or_default()
     }
 }
 

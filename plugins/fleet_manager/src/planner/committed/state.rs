@@ -5,7 +5,7 @@
 //! vehicles on guidepaths, S. Reveliotis: Conflict resolution in AGV systems, 2000. A standstill
 //! can't come about while every state is completable.
 
-use super::blocks::{Blocks, Key, blocks_rest, disc_key, key_count};
+use super::blocks::{Blocks, EndId, Key, blocks_rest, disc_key, key_count};
 use super::keys_of;
 use crate::claims::Stretch;
 use crate::roads::{Leg, Roads};
@@ -14,21 +14,31 @@ use crate::roads::{Leg, Roads};
 const MOST_ORDERS: usize = 8;
 
 /// A robot in a state.
-#[derive(Clone, Debug)]
-pub struct Member {
-    /// The robot.
-    pub robot: u32,
+#[derive(Debug)]
+struct Member {
+    robot: u32,
     footprint: usize,
     turns: bool,
-    /// The end of its base: it stands there until it drives on.
-    place: Stretch,
-    /// All that it blocks there.
-    blocked: Vec<Key>,
-    /// The legs of its committed way behind the leg that it is on; `None` if it has none, and
-    /// stays.
-    ahead: Option<Vec<Leg>>,
-    /// All that it needs for that way, once each, in ascending order; empty until it is computed.
+    /// All that it blocks at its first place, in ascending order.
+    first_blocked: Vec<Key>,
+    /// The legs of its committed way behind the leg that it is on at first; `None` if it has none,
+    /// and stays.
+    way: Option<Vec<Leg>>,
+    at: At,
+    /// All that it needs for the rest of its way, once each, in ascending order.
     needs: Vec<Key>,
+    /// The number of legs that were driven when `needs` was computed; `None` if it wasn't.
+    needs_after: Option<usize>,
+}
+
+/// The place of a robot in a state: it stands there until it drives on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct At {
+    place: Stretch,
+    /// The legs of its way that it has driven.
+    driven: usize,
+    /// The end of the leg at which it stands; `None` at its first place.
+    end: Option<EndId>,
 }
 
 /// The places of all robots, and their ways.
@@ -39,6 +49,8 @@ pub struct State {
     counts: Vec<u16>,
     /// By key: how many robots need it for their ways.
     needed: Vec<u16>,
+    /// By leg: whether a robot is to drive it; all `false` between steps.
+    is_ahead: Vec<bool>,
 }
 
 /// The attempts to complete a state: whether the first robot leads, and the preference.
@@ -62,13 +74,14 @@ impl State {
     /// Makes the state without robots.
     pub fn new(roads: &Roads) -> Self {
         let keys = key_count(roads);
-        Self { members: Vec::new(), counts: vec![0; keys], needed: vec![0; keys] }
+        let is_ahead = vec![false; 2 * roads.edges().len()];
+        Self { members: Vec::new(), counts: vec![0; keys], needed: vec![0; keys], is_ahead }
     }
 
     /// Takes all robots away.
-    pub fn clear(&mut self) {
+    pub fn clear(&mut self, blocks: &Blocks) {
         for member in self.members.drain(..) {
-            for key in member.blocked {
+            for &key in member.blocked(blocks) {
                 self.counts[key as usize] -= 1;
             }
         }
@@ -83,14 +96,24 @@ impl State {
         robot: u32,
         (footprint, turns): (usize, bool),
         place: Stretch,
-        ahead: Option<Vec<Leg>>,
+        way: Option<Vec<Leg>>,
     ) {
-        let blocked = blocks.of(roads, footprint, &place);
-        for &key in &blocked {
+        let first_blocked = blocks.of(roads, footprint, &place);
+        for &key in &first_blocked {
             self.counts[key as usize] += 1;
         }
-        let needs = Vec::new();
-        self.members.push(Member { robot, footprint, turns, place, blocked, ahead, needs });
+        let at = At { place, driven: 0, end: None };
+        let (needs, needs_after) = (Vec::new(), None);
+        self.members.push(Member {
+            robot,
+            footprint,
+            turns,
+            first_blocked,
+            way,
+            at,
+            needs,
+            needs_after,
+        });
     }
 
     /// Lets the robots drive to their ends, one at a time. Returns those that can't, in ascending
@@ -106,20 +129,44 @@ impl State {
             .collect();
         let position = open.iter().position(|index| Some(self.members[*index].robot) == first);
         open.rotate_left(position.unwrap_or(0));
-        let before = (self.members.clone(), self.counts.clone());
+        let before = self.places();
         let mut stuck = Vec::new();
         for (leads, preference) in ATTEMPTS {
             if leads && position.is_none() {
                 continue;
             }
-            self.members.clone_from(&before.0);
-            self.counts.clone_from(&before.1);
+            self.restore(blocks, &before);
             stuck = self.complete_by(roads, blocks, open.clone(), leads, preference);
             if stuck.is_empty() {
                 break;
             }
         }
         stuck
+    }
+
+    fn places(&self) -> Vec<At> {
+        self.members.iter().map(|member| member.at).collect()
+    }
+
+    /// Puts the robots back to where they were.
+    fn restore(&mut self, blocks: &Blocks, places: &[At]) {
+        for (index, at) in places.iter().enumerate() {
+            if self.members[index].at != *at {
+                self.put(blocks, index, *at);
+            }
+        }
+    }
+
+    /// Puts a robot at a place.
+    fn put(&mut self, blocks: &Blocks, index: usize, at: At) {
+        let member = &mut self.members[index];
+        for &key in member.blocked(blocks) {
+            self.counts[key as usize] -= 1;
+        }
+        member.at = at;
+        for &key in member.blocked(blocks) {
+            self.counts[key as usize] += 1;
+        }
     }
 
     /// Completes the state with a preference; if the first robot `leads`, it drives to its end
@@ -142,15 +189,14 @@ impl State {
         if leads || open.is_empty() {
             return self.robots(&open);
         }
-        let (members, counts) = (self.members.clone(), self.counts.clone());
+        let before = self.places();
         let mut stuck = self.complete_in_steps(roads, blocks, open.clone(), preference);
         for _ in 1..open.len().min(MOST_ORDERS) {
             if stuck.is_empty() {
                 break;
             }
             open.rotate_left(1);
-            self.members.clone_from(&members);
-            self.counts.clone_from(&counts);
+            self.restore(blocks, &before);
             stuck = self.complete_in_steps(roads, blocks, open.clone(), preference);
         }
         stuck
@@ -199,14 +245,14 @@ impl State {
                 return;
             }
             let mut in_way = open.iter();
-            let found = in_way
-                .position(|&index| self.complete_way(roads, blocks, index, Preference::InOrder));
+            let found = in_way.position(|&index| self.drive_way(roads, blocks, index));
             let Some(position) = found else { return };
-            open.remove(position);
+            self.forget_needs(open.remove(position));
         }
     }
 
-    /// Puts a robot at its end if it can drive there past the others. Returns whether it can.
+    /// Puts a robot at its end if it can drive there past the others, and is to do so by a
+    /// preference. Returns whether it is.
     fn complete_way(
         &mut self,
         roads: &Roads,
@@ -214,18 +260,24 @@ impl State {
         index: usize,
         preference: Preference,
     ) -> bool {
-        let ahead = self.members[index].ahead.as_deref().unwrap_or_default();
-        let count = ahead.len();
-        let is_free = self.is_free(roads, index, ahead);
-        let stays = preference == Preference::OutOfWay;
-        if !is_free || (stays && self.is_end_needed(roads, blocks, index)) {
+        if preference == Preference::InOrder {
+            return self.drive_way(roads, blocks, index);
+        }
+        if self.is_end_needed(roads, blocks, index) || !self.drive_way(roads, blocks, index) {
             return false;
         }
-        for &key in &self.members[index].needs {
-            self.needed[key as usize] -= 1;
-        }
-        self.drive(roads, blocks, index, count);
+        self.forget_needs(index);
         true
+    }
+
+    /// Puts a robot at its end if it can drive there past the others. Returns whether it can.
+    fn drive_way(&mut self, roads: &Roads, blocks: &mut Blocks, index: usize) -> bool {
+        let count = self.members[index].ahead().len();
+        let is_free = self.is_free(roads, blocks, index, count);
+        if is_free {
+            self.drive(roads, blocks, index, count);
+        }
+        is_free
     }
 
     /// Counts the robots whose ways need each key.
@@ -233,8 +285,9 @@ impl State {
         self.needed.fill(0);
         for &index in open {
             let member = &mut self.members[index];
-            if member.needs.is_empty() {
-                member.needs = keys_ahead(roads, member.ahead.as_deref().unwrap_or_default());
+            if member.needs_after != Some(member.at.driven) {
+                member.needs = keys_ahead(roads, member.ahead());
+                member.needs_after = Some(member.at.driven);
             }
             for &key in &member.needs {
                 self.needed[key as usize] += 1;
@@ -242,12 +295,17 @@ impl State {
         }
     }
 
+    /// A robot that has come to its end needs nothing that was counted for it.
+    fn forget_needs(&mut self, index: usize) {
+        for &key in &self.members[index].needs {
+            self.needed[key as usize] -= 1;
+        }
+    }
+
     /// Whether a robot at the end of its way stands in that of another one.
     fn is_end_needed(&self, roads: &Roads, blocks: &mut Blocks, index: usize) -> bool {
         let member = &self.members[index];
-        let Some(&last) = member.ahead.as_ref().and_then(|ahead| ahead.last()) else {
-            return false;
-        };
+        let Some(&last) = member.ahead().last() else { return false };
         blocks.at_end(roads, member.footprint, last).iter().any(|key| {
             let needs = u16::from(member.needs.binary_search(key).is_ok());
             self.needed[*key as usize] > needs
@@ -257,84 +315,103 @@ impl State {
     /// Lets the first robot that can drive on to where none of the others is to come towards it.
     /// Returns whether one could.
     fn step(&mut self, roads: &Roads, blocks: &mut Blocks, open: &[usize]) -> bool {
-        let mut is_driven = vec![false; 2 * roads.edges().len()];
+        self.mark_ahead(open, true);
+        let mut found = None;
         for &index in open {
-            for leg in self.members[index].ahead.iter().flatten() {
-                is_driven[leg.index()] = true;
+            let Some(count) = self.unopposed(roads, index) else { continue };
+            if self.is_free(roads, blocks, index, count) {
+                found = Some((index, count));
+                break;
             }
         }
-        let is_opposed = |leg: &Leg| {
-            let (start, end) = (roads.start(*leg), roads.end(*leg));
-            let mut back = roads.exits(end).iter().filter(|&&leg| roads.end(leg) == start);
-            back.any(|leg| is_driven[leg.index()])
-        };
-        for &index in open {
-            let Some(ahead) = self.members[index].ahead.as_deref() else { continue };
-            // A robot on a leg may stop at its end; another one has to drive at least one leg.
-            let least = usize::from(!self.members[index].is_on_leg(roads));
-            let after = ahead.iter().skip(least).position(|leg| !is_opposed(leg));
-            let Some(count) = after.map(|count| count + least) else { continue };
-            if self.is_free(roads, index, &ahead[..count]) {
-                self.drive(roads, blocks, index, count);
-                return true;
-            }
+        self.mark_ahead(open, false);
+        if let Some((index, count)) = found {
+            self.drive(roads, blocks, index, count);
         }
-        false
+        found.is_some()
     }
 
-    /// Whether no other robot stands on these legs of a robot's way, nor on the leg before.
-    fn is_free(&self, roads: &Roads, index: usize, legs: &[Leg]) -> bool {
+    /// Sets whether robots are to drive the legs ahead of some of them.
+    fn mark_ahead(&mut self, open: &[usize], is_ahead: bool) {
+        for &index in open {
+            for leg in self.members[index].ahead() {
+                self.is_ahead[leg.index()] = is_ahead;
+            }
+        }
+    }
+
+    /// Returns the number of legs after which no robot is to come towards a robot; `None` if one is
+    /// all the way.
+    fn unopposed(&self, roads: &Roads, index: usize) -> Option<usize> {
         let member = &self.members[index];
-        let is_free = |key: Key| match self.counts[key as usize] {
-            0 => true,
-            1 => member.blocked.binary_search(&key).is_ok(),
-            _ => false,
-        };
-        let mut before = member.place.leg;
-        for &leg in legs {
+        // A robot on a leg may stop at its end; another one has to drive at least one leg.
+        let least = usize::from(!member.is_on_leg(roads));
+        let mut after = member.ahead().iter().skip(least);
+        after.position(|leg| !self.is_opposed(roads, *leg)).map(|count| count + least)
+    }
+
+    /// Whether a robot is to drive back along a leg.
+    fn is_opposed(&self, roads: &Roads, leg: Leg) -> bool {
+        let (start, end) = (roads.start(leg), roads.end(leg));
+        let mut back = roads.exits(end).iter().filter(|&&leg| roads.end(leg) == start);
+        back.any(|leg| self.is_ahead[leg.index()])
+    }
+
+    /// Whether no other robot stands on the next legs of a robot's way, nor on the leg before.
+    fn is_free(&self, roads: &Roads, blocks: &Blocks, index: usize, count: usize) -> bool {
+        let member = &self.members[index];
+        let mut before = member.at.place.leg;
+        for &leg in &member.ahead()[..count] {
+            if !self.is_free_for(blocks, member, leg.index() as Key) {
+                return false;
+            }
             let turn = before.filter(|&before| member.turns && roads.is_turn(before, leg));
-            let turns_freely = turn.is_none() || is_free(disc_key(roads, roads.start(leg)));
-            if !turns_freely || !is_free(leg.index() as Key) {
+            let disc = disc_key(roads, roads.start(leg));
+            if turn.is_some() && !self.is_free_for(blocks, member, disc) {
                 return false;
             }
             before = Some(leg);
         }
-        self.is_rest_free(roads, index)
+        self.is_rest_free(roads, blocks, index)
+    }
+
+    /// Whether no other robot than this one blocks a key.
+    fn is_free_for(&self, blocks: &Blocks, member: &Member, key: Key) -> bool {
+        match self.counts[key as usize] {
+            0 => true,
+            1 => member.blocked(blocks).binary_search(&key).is_ok(),
+            _ => false,
+        }
     }
 
     /// Whether no other robot stands on the rest of the leg that a robot is on.
-    fn is_rest_free(&self, roads: &Roads, index: usize) -> bool {
+    fn is_rest_free(&self, roads: &Roads, blocks: &Blocks, index: usize) -> bool {
         let member = &self.members[index];
-        let Some(leg) = member.place.leg else { return true };
-        let from = member.place.to;
+        let Some(leg) = member.at.place.leg else { return true };
+        let from = member.at.place.to;
         if from >= roads.edge(leg.edge()).length || self.counts[leg.index()] <= 1 {
             return true;
         }
         let mut others = self.members.iter().filter(|other| other.robot != member.robot);
         !others.any(|other| {
-            other.blocked.binary_search(&(leg.index() as Key)).is_ok()
+            other.blocked(blocks).binary_search(&(leg.index() as Key)).is_ok()
                 && blocks_rest(
                     roads,
                     (member.footprint, leg, from),
-                    (other.footprint, &other.place),
+                    (other.footprint, &other.at.place),
                 )
         })
     }
 
     /// Lets a robot drive along the next legs of its way.
     fn drive(&mut self, roads: &Roads, blocks: &mut Blocks, index: usize, count: usize) {
-        let member = &mut self.members[index];
-        let driven = member.ahead.as_mut().map(|ahead| ahead.drain(..count).next_back());
-        let Some(last) = driven.flatten().or(member.place.leg) else { return };
-        for &key in &member.blocked {
-            self.counts[key as usize] -= 1;
-        }
-        member.needs.clear();
-        member.place = Stretch::at(last, roads.edge(last.edge()).length);
-        member.blocked = blocks.at_end(roads, member.footprint, last).to_vec();
-        for &key in &member.blocked {
-            self.counts[key as usize] += 1;
-        }
+        let member = &self.members[index];
+        let driven = member.at.driven + count;
+        let legs = member.ahead()[..count].last().copied();
+        let Some(last) = legs.or(member.at.place.leg) else { return };
+        let end = Some(blocks.end(roads, member.footprint, last));
+        let place = Stretch::at(last, roads.edge(last.edge()).length);
+        self.put(blocks, index, At { place, driven, end });
     }
 }
 
@@ -347,13 +424,23 @@ fn keys_ahead(roads: &Roads, ahead: &[Leg]) -> Vec<Key> {
 }
 
 impl Member {
+    /// The rest of its way.
+    fn ahead(&self) -> &[Leg] {
+        self.way.as_ref().map_or(&[], |way| &way[self.at.driven..])
+    }
+
+    /// All that it blocks where it is, in ascending order.
+    fn blocked<'a>(&'a self, blocks: &'a Blocks) -> &'a [Key] {
+        self.at.end.map_or(&self.first_blocked, |end| blocks.at(end))
+    }
+
     fn is_at_end(&self, roads: &Roads) -> bool {
-        let ahead = self.ahead.as_ref();
-        ahead.is_none_or(|ahead| ahead.is_empty() && !self.is_on_leg(roads))
+        self.way.is_none() || (self.ahead().is_empty() && !self.is_on_leg(roads))
     }
 
     /// Whether it stands on a leg, and not at its end.
     fn is_on_leg(&self, roads: &Roads) -> bool {
-        self.place.leg.is_some_and(|leg| self.place.to < roads.edge(leg.edge()).length)
+        let Stretch { leg, to, .. } = self.at.place;
+        leg.is_some_and(|leg| to < roads.edge(leg.edge()).length)
     }
 }
