@@ -5,15 +5,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use regatta_plugin::{Termination, tell};
-use regatta_vda5050::broker::{Broker, BrokerUrl, Incoming, PASSWORD_VARIABLE, Session};
+use regatta_vda5050::broker::{self, Broker, BrokerUrl, Incoming, Session};
 use regatta_vda5050::judge::{Judge, Report, Seen};
 
 use super::{CheckArgs, take};
 use crate::arguments::Time;
 use crate::failure::{Failure, plugin_failure};
 
-/// The largest file with a password, in bytes.
-const MOST_PASSWORD_BYTES: u64 = 4096;
 /// The time between two looks for messages.
 const PAUSE: Duration = Duration::from_millis(5);
 /// The topics of the standard, below an interface of one level.
@@ -41,15 +39,6 @@ impl LiveArgs {
             false => self.topic.clone(),
         }
     }
-
-    fn password(&self) -> Result<Option<String>, Failure> {
-        let Some(path) = &self.password_file else {
-            return Ok(std::env::var(PASSWORD_VARIABLE).ok());
-        };
-        let text = regatta_base::file::read_text(path, MOST_PASSWORD_BYTES)
-            .map_err(|error| format!("{}: can't read the password: {error}", path.display()))?;
-        Ok(Some(text.trim_end_matches(['\r', '\n']).to_owned()))
-    }
 }
 
 /// The connection to the broker, as far as it was told.
@@ -63,7 +52,8 @@ enum Link {
 /// Judges messages until Ctrl-C, or for the time of the options.
 pub fn listen(args: &CheckArgs, url: &BrokerUrl) -> Result<(Judge, Report), Failure> {
     let stop = Termination::watch().map_err(plugin_failure)?;
-    let mut broker = Broker::start(url.clone(), args.live.password()?)
+    let password = broker::password(args.live.password_file.as_deref())?;
+    let mut broker = Broker::start(url.clone(), password)
         .map_err(|error| format!("can't start a thread for {url}: {error}"))?;
     broker.connect(&Session {
         client_id: format!("regatta-check-{}", std::process::id()),

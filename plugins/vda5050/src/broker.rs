@@ -5,6 +5,8 @@
 
 use core::fmt;
 use core::str::FromStr;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -62,7 +64,31 @@ pub enum UrlError {
 }
 
 /// The environment variable with the password of the broker's user.
-pub const PASSWORD_VARIABLE: &str = "REGATTA_MQTT_PASSWORD";
+const PASSWORD_VARIABLE: &str = "REGATTA_MQTT_PASSWORD";
+/// The largest file with a password, in bytes.
+const MOST_PASSWORD_BYTES: u64 = 4096;
+
+/// The error of reading a password from a file.
+#[derive(Debug, thiserror::Error)]
+#[error("can't read the password in {path}: {reason}")]
+pub struct PasswordError {
+    /// The file.
+    path: PathBuf,
+    /// The reason.
+    reason: io::Error,
+}
+
+/// Returns the password of the broker's user: that in a file, without the end of its line, or else
+/// that of the environment variable `REGATTA_MQTT_PASSWORD`, if it is set.
+///
+/// # Errors
+/// [`PasswordError`] if the file can't be read, or is too large.
+pub fn password(file: Option<&Path>) -> Result<Option<String>, PasswordError> {
+    let Some(path) = file else { return Ok(std::env::var(PASSWORD_VARIABLE).ok()) };
+    let text = regatta_base::file::read_text(path, MOST_PASSWORD_BYTES)
+        .map_err(|reason| PasswordError { path: path.to_owned(), reason })?;
+    Ok(Some(text.trim_end_matches(['\r', '\n']).to_owned()))
+}
 
 impl FromStr for BrokerUrl {
     type Err = UrlError;

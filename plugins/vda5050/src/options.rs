@@ -8,13 +8,11 @@ use std::path::PathBuf;
 use clap::Parser;
 use regatta_plugin::{Error, Options, Result, tell};
 
-use crate::broker::{Broker, BrokerUrl, PASSWORD_VARIABLE};
+use crate::broker::{self, Broker, BrokerUrl};
 use crate::message::{Topic, Version};
 use crate::server::{Access, Login, Server};
 use crate::vehicle::Catalogue;
 
-/// The largest file with a password, in bytes.
-const MOST_PASSWORD_BYTES: u64 = 4096;
 /// The part of a pattern that stands for the number of a robot.
 const NUMBER: &str = "{}";
 
@@ -131,7 +129,7 @@ impl Cli {
     /// Connects to the broker, or to one of the plugin's own, which it starts and tells.
     pub(crate) fn start_broker(&self) -> Result<(Broker, BrokerUrl)> {
         let (url, password) = match &self.broker {
-            Some(url) => (url.clone(), self.password()?),
+            Some(url) => (url.clone(), broker::password(self.password_file.as_deref())?),
             None => self.serve()?,
         };
         Ok((Broker::start(url.clone(), password)?, url))
@@ -164,17 +162,6 @@ impl Cli {
             _ => tell!("vda5050: broker at {url} for everybody who reaches it"),
         }
         Ok((url, password))
-    }
-
-    /// The password of the broker's user.
-    pub(crate) fn password(&self) -> Result<Option<String>> {
-        let Some(path) = &self.password_file else {
-            return Ok(std::env::var(PASSWORD_VARIABLE).ok());
-        };
-        let text = regatta_base::file::read_text(path, MOST_PASSWORD_BYTES).map_err(|error| {
-            Error::new(format_args!("can't read the password in {}: {error}", path.display()))
-        })?;
-        Ok(Some(text.trim_end_matches(['\r', '\n']).to_owned()))
     }
 
     /// The actions that vehicles can carry out.
