@@ -6,8 +6,8 @@
 //!
 //! CSV has a line of headers, in any case and order: `name,time,priority,earliest,deadline,stops`,
 //! of which only `stops` must be there. The stops are separated by spaces; each is `place`,
-//! `place:action` or `place:action:dwell`, and names with spaces or colons are for YAML. All times
-//! are in seconds of simulated time.
+//! `place:action` or `place:action:dwell`; `%20`, `%3A` and `%25` in names are a space, a colon and a
+//! per cent sign. All times are in seconds of simulated time.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -68,6 +68,47 @@ pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
     let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
     let orders = if is_csv { parse_csv(&text) } else { parse_yaml(&text) };
     orders.map_err(|error| FileError::Invalid { path: path.to_owned(), error })
+}
+
+/// Returns orders as a text of CSV, which [`parse_csv`] reads.
+pub fn to_csv(orders: &[TimedDraft]) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // Writing to memory never fails.
+    let _ = writer.write_record(HEADERS);
+    for TimedDraft { line, secs, draft } in orders {
+        let secs_or_none =
+            |secs: Option<f64>| secs.map_or_else(String::new, |secs| secs.to_string());
+        let stops: Vec<String> = draft.destinations.iter().map(csv_text).collect();
+        let _ = writer.write_record([
+            draft.name.clone().unwrap_or_else(|| format!("line-{line}")),
+            secs.to_string(),
+            draft.priority.to_string(),
+            secs_or_none(draft.earliest_start),
+            secs_or_none(draft.deadline),
+            stops.join(" "),
+            draft.intended_vehicle.as_ref().map(Label::to_string).unwrap_or_default(),
+        ]);
+    }
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// The characters of names that separate stops and their parts, and how they are written there.
+const ESCAPES: [(char, &str); 3] = [('%', "%25"), (' ', "%20"), (':', "%3A")];
+
+fn csv_text(stop: &StopDraft) -> String {
+    let mut text = stop.location_name.to_string();
+    for (letter, escaped) in ESCAPES {
+        text = text.replace(letter, escaped);
+    }
+    format!("{text}:{}:{}", stop.operation.name(), stop.dwell)
+}
+
+fn unescaped(text: &str) -> String {
+    let mut text = text.to_owned();
+    for (letter, escaped) in ESCAPES.iter().rev() {
+        text = text.replace(escaped, &letter.to_string());
+    }
+    text
 }
 
 /// Parses a YAML text of orders.
@@ -215,7 +256,7 @@ fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
 
 fn csv_stop(text: &str) -> Result<StopDraft, String> {
     let mut parts = text.splitn(3, ':');
-    let location_name = Label::Name(parts.next().unwrap_or("").to_owned());
+    let location_name = Label::Name(unescaped(parts.next().unwrap_or("")));
     let operation = parts.next().map_or(Ok(Action::None), |text| {
         text.parse().map_err(|error: UnknownAction| error.to_string())
     })?;
@@ -237,6 +278,16 @@ mod tests {
         assert_eq!((yaml[0].draft.priority, yaml[0].draft.deadline), (3, Some(60.0)));
         assert_eq!(yaml[0].draft.intended_vehicle, Some(Label::Name("4".into())));
         assert_eq!(yaml[0].draft.destinations[0].operation, Action::Pick);
+    }
+
+    #[test]
+    fn orders_are_the_same_after_csv() {
+        let yaml = "- {name: 'a,b', time: 2.5, priority: 3, earliest: 3, deadline: 60, robot: 4, \
+                    stops: [{at: 'Dock 1: 100%', action: pick, dwell: 5}, B]}\n- stops: [7]\n";
+        let orders = parse_yaml(yaml).expect("orders");
+        let again = parse_csv(&to_csv(&orders)).expect("orders");
+        assert_eq!((&again[0].draft, again[0].secs), (&orders[0].draft, 2.5));
+        assert_eq!(again[1].draft.name.as_deref(), Some("line-2"));
     }
 
     #[test]
