@@ -5,6 +5,7 @@
 mod cli;
 mod command;
 mod control;
+mod day;
 mod doctor;
 mod engine;
 mod fleets;

@@ -29,6 +29,7 @@ mod routes;
 mod shared_memory;
 mod strangers;
 mod study;
+mod study_targets;
 mod study_theory;
 mod terminal;
 mod top;

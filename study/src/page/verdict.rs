@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use super::least::of_least;
 use crate::answer::{Answer, KneeAnswer, PointAnswer, VariantAnswer};
 use crate::outcome::CONTACT;
 use crate::plan::robots_in_words;
@@ -21,9 +22,12 @@ const MOST_STALLS: usize = 4;
 /// The answer for a variant, in one sentence or two.
 pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     let name = prefix(variant);
-    match &variant.knee {
-        Some(knee) => format!("{name}{}", of_knee(answer, variant, knee)),
-        None => format!("{name}{}", without_knee(variant, answer.method.secs as f64 / 60.0)),
+    match (&variant.least, &variant.knee) {
+        (Some(least), _) => format!("{name}{}", of_least(variant, least)),
+        (None, Some(knee)) => format!("{name}{}", of_knee(answer, variant, knee)),
+        (None, None) => {
+            format!("{name}{}", without_knee(variant, answer.method.secs as f64 / 60.0))
+        }
     }
 }
 
@@ -176,7 +180,8 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
         caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
-        if variant.unserved > 0 {
+        // Fleets that are too small for the targets were run on purpose.
+        if variant.unserved > 0 && variant.least.is_none() {
             caveats.push(format!(
                 "{name}**Late orders**: {} orders waited for over 20 minutes, or weren't finished \
                  in that time.",
