@@ -110,6 +110,11 @@ pub struct KneeAnswer {
     /// The number of robots up to which each additional one brings at least half of what one
     /// brings alone.
     pub half: u32,
+    /// The number of robots up to which each additional one brings at least 90 % of what one brings
+    /// alone.
+    pub most_of: u32,
+    /// The number of robots that carries the most of those that were tried.
+    pub most: u32,
     /// Whether it is the largest number of robots that was tried, so that more may bring more.
     pub is_open: bool,
     /// The least number of robots, above that of the knee, that stalled in a run.
@@ -279,7 +284,9 @@ impl VariantAnswer {
             Some(KneeAnswer {
                 robots: point.robots,
                 orders_per_hour: point.counted_throughput()?,
-                half: curve.half.map_or(point.robots, |index| curve.points[index].robots),
+                half: curve.robots(curve.half).unwrap_or(point.robots),
+                most_of: curve.robots(curve.most_of).unwrap_or(point.robots),
+                most: curve.robots(curve.most).unwrap_or(point.robots),
                 is_open: curve.is_open,
                 stalls_from: curve.points[index..]
                     .iter()

@@ -45,6 +45,11 @@ pub struct Curve {
     /// The index of the last point up to which each additional robot brings at least half of what
     /// one brings alone.
     pub half: Option<usize>,
+    /// The index of the last point up to which each additional robot brings at least 90 % of what one
+    /// brings alone.
+    pub most_of: Option<usize>,
+    /// The index of the point that carries the most.
+    pub most: Option<usize>,
     /// Whether the knee is the last point, so that the real one may be beyond it. Beyond a point
     /// with a stall, no knee is looked for.
     pub is_open: bool,

@@ -20,6 +20,7 @@ mod in_process;
 mod lockstep;
 mod metrics;
 mod orders;
+mod orders_check;
 mod producers;
 mod readers;
 mod record;

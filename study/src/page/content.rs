@@ -5,7 +5,7 @@ use super::heat_map::heat_map;
 use super::least::{figures, fleets};
 use super::method::method;
 use super::stall_map::stall_map;
-use super::verdict::{caveats, orders_in_words, safety, verdict};
+use super::verdict::{caveats, numbers, orders_in_words, safety, verdict};
 use super::{Block, Picture};
 use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
@@ -16,6 +16,7 @@ use crate::statistics::Interval;
 pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
+    blocks.extend(answer.variants.first().and_then(numbers));
     blocks.extend(fleets(answer));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
     blocks.extend(stall_picture(answer, base));

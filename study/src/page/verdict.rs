@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use super::Block;
 use super::least::of_least;
 use crate::answer::{Answer, KneeAnswer, PointAnswer, VariantAnswer};
 use crate::outcome::CONTACT;
@@ -75,7 +76,7 @@ fn too_few_orders(point: &PointAnswer) -> Option<String> {
 }
 
 fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> String {
-    let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from } = knee;
+    let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from, .. } = knee;
     let point = variant.points.iter().find(|point| point.robots == *robots);
     if let Some(reason) = point.and_then(too_few_orders) {
         return format!("not known: {reason}");
@@ -127,6 +128,32 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
         "{count}, which {throughput}. More bring less than {part:.0} % each of what one brings \
          alone.{half}"
     )
+}
+
+/// Returns the table of the numbers that a planner uses: up to which each further robot still
+/// brings much of what the first one brings, and which carries the most.
+pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
+    let KneeAnswer { most_of, half, most, .. } = variant.knee.as_ref()?;
+    let least = variant.points.first()?.robots;
+    let mut rows = vec![["robots", "orders an hour", ""].map(str::to_owned).to_vec()];
+    for (robots, part) in [(*most_of, 90), (*half, 50)] {
+        // Below the first number that was tried nothing is known.
+        if robots > least || robots == 1 {
+            let rule = format!(
+                "up to this number, each further robot brings at least {part} % of what the first \
+                 brings"
+            );
+            rows.push(number(variant, robots, rule));
+        }
+    }
+    rows.push(number(variant, *most, "the most of all numbers that were tried".to_owned()));
+    Some(Block::Table(rows))
+}
+
+fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Vec<String> {
+    let point = variant.points.iter().find(|point| point.robots == robots);
+    let orders = point.and_then(|point| point.orders_per_hour);
+    vec![robots.to_string(), orders.map_or_else(String::new, |o| orders_in_words(&o)), rule]
 }
 
 /// Whether more robots than those of the knee carry clearly less.

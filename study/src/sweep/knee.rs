@@ -47,6 +47,10 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
         }
     }
     curve.half = knee(&points, 0.5).map(|half| indices[half.index]);
+    curve.most_of = knee(&points, 0.9).map(|part| indices[part.index]);
+    // Of equal ones, the first.
+    let most = points.iter().enumerate().rev().max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
+    curve.most = most.filter(|(_, point)| point.1 > 0.0).map(|(index, _)| indices[index]);
     if let Some(found) = knee(&points, precision.knee) {
         let index = indices[found.index];
         (curve.knee, curve.is_open) = (Some(index), index + 1 == curve.points.len());

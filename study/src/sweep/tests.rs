@@ -79,6 +79,7 @@ fn a_curve_that_still_rises_is_open_and_a_list_is_not_refined() {
     let (curve, _, known) = sweep("50,100,150", |robots, _| Ok(f64::from(robots.min(100))));
     assert_eq!((curve.points.len(), known.len()), (3, 9));
     assert_eq!((curve.knee, curve.half), (Some(1), Some(1)));
+    assert_eq!((curve.most_of, curve.most), (Some(1), Some(1)));
 }
 
 #[test]
