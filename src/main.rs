@@ -5,6 +5,7 @@
 mod cli;
 mod command;
 mod control;
+mod day;
 mod doctor;
 mod engine;
 mod fleets;
@@ -90,7 +91,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Top(Target { fleet }) => {
             regatta_metrics::top::run(&fleet).map_err(plugin_failure)?;
         }
-        Command::Orders { command } => orders::run(command)?,
+        Command::Orders { command } => return orders::run(command),
         Command::Report { command } => return report::run(command),
         Command::Study(args) => return study::run(&args),
         Command::StudyRun(args) => return study::run_single(&args),

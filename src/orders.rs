@@ -1,13 +1,17 @@
 //! `regatta orders`: lists, shows, cancels and imports the transport orders of a running fleet
 //! manager, through its web API.
 
+mod check;
+
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use regatta_orders::{Client, ClientError, TimedDraft, read_orders, read_token};
 use regatta_plugin::FleetName;
 use serde_json::{Value, json};
 
+use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
 use crate::output::show;
 
@@ -40,6 +44,19 @@ pub enum OrdersCommand {
         immediate: bool,
         #[command(flatten)]
         manager: Manager,
+    },
+    /// Check the orders of a day against a plant: rows that can't be used, rates, flows.
+    Check {
+        /// File of orders: CSV or YAML.
+        file: PathBuf,
+        /// Layout of any format, or scenario, whose stations they name.
+        #[arg(long, value_hint = clap::ValueHint::FilePath)]
+        plant: PathBuf,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        layout: LayoutArgs,
     },
     /// Send all orders of a file, or none: CSV (name,time,priority,earliest,deadline,stops) or
     /// YAML.
@@ -74,7 +91,7 @@ impl Manager {
 }
 
 /// Runs `regatta orders`.
-pub fn run(command: OrdersCommand) -> Result<(), Failure> {
+pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
     match command {
         OrdersCommand::List { state, json, manager } => {
             list(&manager.client()?, state.as_deref(), json)?
@@ -85,9 +102,12 @@ pub fn run(command: OrdersCommand) -> Result<(), Failure> {
         OrdersCommand::Cancel { name, immediate, manager } => {
             cancel(&manager.client()?, &name, immediate)?
         }
+        OrdersCommand::Check { file, plant, json, layout } => {
+            return check::run(&file, &plant, &layout, json);
+        }
         OrdersCommand::Import { file, manager } => import(&manager.client()?, read_orders(&file)?)?,
     }
-    Ok(())
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The number of orders that are requested at once: there may be millions.

@@ -18,6 +18,7 @@ use serde_json::json;
 use tempfile::NamedTempFile;
 
 use crate::arguments::Time;
+use crate::day::DayArgs;
 use crate::engine::EngineOptions;
 use crate::failure::{Failure, plugin_failure};
 use crate::output::with_plural;
@@ -65,6 +66,8 @@ pub struct RunArgs {
     vda5050: Option<Option<BrokerUrl>>,
     #[command(flatten)]
     trust: TrustArgs,
+    #[command(flatten)]
+    day: DayArgs,
     /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME", help_heading = "End of the run")]
     time_limit: Option<Time>,
@@ -113,8 +116,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     }
 
     let mut supervisor = Supervisor::default();
-    let has_load = scenario.source.has(LOAD);
-    let load = if has_load { Some(LoadFile::new(&args, &scenario)?) } else { None };
+    let load = LoadFile::of(&args, &scenario)?;
     let mut engine = engine_command(&args)?;
     engine.args(args.ticks(&scenario).map(|ticks| format!("--ticks={ticks}")));
     if let Some(input) = input {
@@ -214,7 +216,21 @@ fn require_trust(scenario: &Scenario, args: &RunArgs) -> Result<(), Failure> {
     trust::require(&path.display().to_string(), folder, &wishes, args.trust)
 }
 
-/// The file in which plugins find the scenario's load.
+/// Checks that a scenario has the plugin that carries out the orders of a day.
+fn require_manager(scenario: &Scenario) -> Result<(), Failure> {
+    if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
+        return Ok(());
+    }
+    Err(format!("--orders: no plugin carries them: add {FLEET_MANAGER} to the plugins").into())
+}
+
+fn copy_of(text: &str) -> io::Result<NamedTempFile> {
+    let mut copy = NamedTempFile::with_suffix(".yaml")?;
+    copy.write_all(text.as_bytes())?;
+    Ok(copy)
+}
+
+/// The file in which plugins find the orders of a day, or the scenario's load.
 enum LoadFile<'a> {
     Scenario(&'a Path),
     /// A copy of a scenario that is in no file.
@@ -222,6 +238,16 @@ enum LoadFile<'a> {
 }
 
 impl<'a> LoadFile<'a> {
+    /// Returns the file with the orders of a day, or with the load of a scenario, if there is one.
+    fn of(args: &'a RunArgs, scenario: &Scenario) -> Result<Option<Self>, Failure> {
+        if let Some(load) = args.day.load()? {
+            require_manager(scenario)?;
+            return Ok(Some(Self::Copy(copy_of(&load)?)));
+        }
+        let load = scenario.source.has(LOAD).then(|| Self::new(args, scenario));
+        Ok(load.transpose()?)
+    }
+
     fn new(args: &'a RunArgs, scenario: &Scenario) -> io::Result<Self> {
         let path = args.scenario.as_deref();
         if let Some(path) = path.filter(|path| !scenario::is_standard_input(Some(path)))
@@ -229,9 +255,7 @@ impl<'a> LoadFile<'a> {
         {
             return Ok(Self::Scenario(path));
         }
-        let mut copy = NamedTempFile::with_suffix(".yaml")?;
-        copy.write_all(scenario.source.text().as_bytes())?;
-        Ok(Self::Copy(copy))
+        copy_of(scenario.source.text()).map(Self::Copy)
     }
 
     fn path(&self) -> &Path {

@@ -13,9 +13,9 @@ use std::process::{Command, ExitCode};
 
 use clap::Args;
 use regatta_plugin::Termination;
-use regatta_study::answer::Answer;
+use regatta_study::answer::{Answer, VariantAnswer};
 use regatta_study::conduct::{Conductor, StudyError, Watcher};
-use regatta_study::plan::{Axis, Plan, Robots};
+use regatta_study::plan::{Axis, Plan, Robots, Target};
 use regatta_study::seal::Key;
 use regatta_study::store::{Accepted, Store};
 use regatta_study::workers::{Adapter, Local, Workers, WorkersError};
@@ -24,6 +24,7 @@ pub use self::observers::{ObserverArgs, run as run_observers};
 pub use self::single_run::{StudyRunArgs, run as run_single};
 use self::watch::Terminal;
 use crate::arguments::{LayoutArgs, Time};
+use crate::day::DayArgs;
 use crate::failure::{Failure, plugin_failure};
 use crate::trust::TrustArgs;
 use crate::{user_files, version};
@@ -43,11 +44,15 @@ pub struct StudyArgs {
     /// Layout of any format, scenario, or study file (YAML with the key `plant`)
     #[arg(value_name = "PLANT", value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
-    /// Numbers of robots: a range, doubled and then refined around the knee, or a list [default:
-    /// 1..1000]
+    /// Numbers of robots: a range, doubled and then refined around the answer, or a list [default:
+    /// 1..1000; with targets, up to the most that the layout lets under way]
     #[arg(long, value_name = "FROM..TO", help_heading = QUESTION)]
     robots: Option<Robots>,
-    /// Simulated time of a run [default: 30min]
+    /// Find the least number of robots with 'p99 service < 6min', 'late < 1%', '400 orders/h' …;
+    /// may be repeated: then all are met
+    #[arg(long, value_name = "TARGET", help_heading = QUESTION)]
+    target: Vec<Target>,
+    /// Simulated time of a run [default: 30min; of a day, to an hour after its last order]
     #[arg(long, value_name = "TIME", help_heading = QUESTION)]
     duration: Option<Time>,
     /// Least and largest number of seeds of a point [default: 3..10]
@@ -63,7 +68,7 @@ pub struct StudyArgs {
     /// Add the bound: the same robots, driving through each other
     #[arg(long, help_heading = QUESTION)]
     bound: bool,
-    /// Number of bottlenecks to relieve [default: 3]
+    /// Number of bottlenecks to relieve [default: 3; with targets, 0]
     #[arg(long, value_name = "N", help_heading = QUESTION)]
     reliefs: Option<usize>,
     /// Ticks and frames per simulated second
@@ -95,7 +100,7 @@ pub struct StudyArgs {
         help_heading = RUNS
     )]
     export_jobs: Option<PathBuf>,
-    /// Record one run of the first variant at its knee
+    /// Record one run of the first variant with the number of robots of the answer
     #[arg(long, help_heading = OUTPUT)]
     record: bool,
     /// Use results in the folder that other users or machines have made
@@ -103,6 +108,8 @@ pub struct StudyArgs {
     foreign_results: bool,
     #[command(flatten)]
     trust: TrustArgs,
+    #[command(flatten)]
+    day: DayArgs,
     #[command(flatten)]
     layout: LayoutArgs,
 }
@@ -153,7 +160,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     {
         return Err(format!("{name}: no run has succeeded: {reason}").into());
     }
-    let is_known = answer.variants.first().is_some_and(|variant| variant.knee.is_some());
+    let is_known = answer.variants.first().is_some_and(VariantAnswer::is_known);
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
     let is_whole = is_known && contacts == 0 && !answer.has_failures();
     Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })

@@ -20,6 +20,7 @@ use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary};
+pub use population::world;
 use regatta_motion::Isa;
 use regatta_motion::Tracks;
 use regatta_scenario::{MAX_ROBOTS, Scenario};

@@ -12,7 +12,7 @@ use regatta_study::statistics::percentile;
 use regatta_validator::Report;
 use serde_json::json;
 
-use super::{FLEET_MANAGER, LOAD, LoadFile, RunArgs};
+use super::{FLEET_MANAGER, LoadFile, RunArgs};
 use crate::failure::Failure;
 use crate::plugin;
 use crate::study::observers::{Observed, Observers};
@@ -32,10 +32,7 @@ pub fn run(
         regatta_plugin::tell!("regatta: {warning}");
     }
     let ticks = args.ticks(&scenario).unwrap_or_default();
-    let load = match scenario.source.has(LOAD) {
-        true => Some(LoadFile::new(args, &scenario)?),
-        false => None,
-    };
+    let load = LoadFile::of(args, &scenario)?;
     let mut observers = Observers::new(true);
     if scenario.plugins.iter().any(|plugin| plugin.name == TRAFFIC) {
         observers = observers.unpublished();

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use regatta_study::answer::Answer;
+use regatta_study::answer::{Answer, VariantAnswer};
 use regatta_study::page::{Block, Picture, content, html, markdown, title};
-use regatta_study::plan::{Plan, Variant};
+use regatta_study::plan::{Plan, Question, Variant};
 use regatta_study::store::Store;
 
 use crate::failure::Failure;
@@ -37,15 +37,16 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
     Ok(())
 }
 
-/// Does the first run at the knee again, and records it.
+/// Does the first run with the number of robots of the answer again, and records it.
 pub fn record(plan: &Plan, store: &Store, answer: &Answer) -> Result<(), Failure> {
-    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else {
+    let Some(robots) = answer.variants.first().and_then(VariantAnswer::robots) else {
         return Ok(());
     };
     let variant = &plan.variants[0];
     let layout = store.keep_layout(&variant.layout_text())?;
-    let job = variant.job(&layout, knee.robots, 1, plan.time, &plan.program);
-    let file = store.folder().join(format!("knee-{}-robots.mcap", knee.robots));
+    let job = variant.job(&layout, robots, 1, plan.time, &plan.program);
+    let name = if plan.question == Question::Knee { "knee" } else { "least" };
+    let file = store.folder().join(format!("{name}-{robots}-robots.mcap"));
     if file.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
         return Err(format!("{}: no regular file: remove it", file.display()).into());
     }

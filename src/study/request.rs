@@ -2,19 +2,23 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use clap::ValueEnum;
 use regatta_base::file;
 use regatta_fleet_manager::PlannerKind;
 use regatta_layout::{MAX_FILE_BYTES, ReadOptions};
 use regatta_scenario::document;
+use regatta_study::certificate::most_robots;
 use regatta_study::plan::{
-    Axis, FLEET_MANAGER, Plan, Precision, Robots, RunTime, Setting, StudyFile, Variant, is_study,
+    Axis, Day, FLEET_MANAGER, Plan, Precision, Question, Robots, RunTime, Setting, StudyFile,
+    Variant, is_study,
 };
 use serde_json::Value;
 
 use super::StudyArgs;
 use crate::arguments::Time;
+use crate::day::{DayArgs, Resample};
 use crate::failure::Failure;
 use crate::{trust, version};
 
@@ -22,6 +26,8 @@ use crate::{trust, version};
 const RUN_SECS: std::ops::RangeInclusive<u64> = 120..=7 * 24 * 3600;
 const DEFAULT_SECS: u64 = 1800;
 const DEFAULT_RELIEFS: usize = 3;
+/// The largest number of robots that is tried if none is asked for.
+const MOST_ROBOTS: u32 = 1000;
 
 /// Makes the plan of the command line, and of the study file if there is one.
 pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
@@ -42,21 +48,75 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     }
     let title = file.as_ref().and_then(|file| file.title.clone()).unwrap_or_else(|| title(&plant));
     let robots = args.robots.clone().or_else(|| file.as_ref()?.robots.clone());
-    let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(DEFAULT_RELIEFS);
+    let question = question(args, file.as_ref());
+    // Orders an hour, by which reliefs are compared, aren't what targets are about.
+    let default_reliefs = if question == Question::Knee { DEFAULT_RELIEFS } else { 0 };
+    let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(default_reliefs);
+    let day_args = day_args(args, file.as_ref())?;
+    let day = day_args.day()?;
     let mut axes = file.as_ref().map_or_else(|| Ok(Vec::new()), StudyFile::axes)?;
     // The command line overrides the file.
     axes.retain(|axis| args.vary.iter().all(|other| other.setting != axis.setting));
     trust::require(&path.display().to_string(), path.parent(), &programs(&axes), args.trust)?;
     axes.extend(args.vary.iter().cloned());
+    if day.is_some() && axes.iter().any(|axis| axis.setting == Setting::Load) {
+        return Err("load: a day's --orders take its place: leave one of both out".into());
+    }
+    let base = base(&plant, &options, day.as_ref())?;
+    let variants = variants(base, &checked(axes)?, args, &options)?;
+    for variant in &variants {
+        day_args.check(&variant.graph)?;
+    }
     Ok(Plan {
         title,
-        robots: robots.unwrap_or(Robots::Range(1, 1000)),
+        robots: robots.unwrap_or_else(|| default_robots(&question, &variants)),
+        question,
         precision,
-        time: RunTime { secs: secs(args, file.as_ref())?, rate_hz: args.rate },
+        time: RunTime { secs: secs(args, file.as_ref(), day.as_ref())?, rate_hz: args.rate },
         reliefs,
         program: version::short(),
-        variants: variants(&plant, &checked(axes)?, args, &options)?,
+        variants,
     })
+}
+
+fn question(args: &StudyArgs, file: Option<&StudyFile>) -> Question {
+    let of_file = file.map(|file| file.targets.clone()).unwrap_or_default();
+    match if args.target.is_empty() { of_file } else { args.target.clone() } {
+        targets if targets.is_empty() => Question::Knee,
+        targets => Question::Least(targets),
+    }
+}
+
+/// Returns the options of the day, with those of the study file for what the command line lacks.
+fn day_args(args: &StudyArgs, file: Option<&StudyFile>) -> Result<DayArgs, Failure> {
+    let mut day = args.day.clone();
+    let Some(file) = file else { return Ok(day) };
+    let folder = args.plant.parent().unwrap_or(Path::new(""));
+    day.orders = day.orders.or_else(|| Some(folder.join(file.orders.as_ref()?)));
+    day.scale = day.scale.or(file.scale);
+    if let (None, Some(value)) = (day.resample, &file.resample) {
+        let resample = plain(value).parse::<Resample>();
+        day.resample = Some(resample.map_err(|error| format!("resample: {error}"))?);
+    }
+    Ok(day)
+}
+
+/// Reads the plant, with the orders of a day if there is one.
+fn base(plant: &Path, options: &ReadOptions, day: Option<&Day>) -> Result<Variant, Failure> {
+    let base = Variant::read(plant, options)?;
+    match day {
+        Some(day) => Ok(base.with_day(&Arc::new(day.clone()))?),
+        None => Ok(base),
+    }
+}
+
+/// Returns the numbers of robots that are tried if none are asked for.
+fn default_robots(question: &Question, variants: &[Variant]) -> Robots {
+    let mut most = None;
+    if *question != Question::Knee {
+        most = variants.iter().map(most_robots).max().flatten();
+    }
+    Robots::Range(1, most.unwrap_or(MOST_ROBOTS).min(MOST_ROBOTS))
 }
 
 /// Returns the managers of a study file that are programs.
@@ -102,7 +162,7 @@ fn title(plant: &Path) -> String {
     name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("plant").to_owned()
 }
 
-fn secs(args: &StudyArgs, file: Option<&StudyFile>) -> Result<u64, Failure> {
+fn secs(args: &StudyArgs, file: Option<&StudyFile>, day: Option<&Day>) -> Result<u64, Failure> {
     let of_file = file.and_then(|file| file.duration.as_ref());
     let secs = match (args.duration, of_file) {
         (Some(time), _) => time.0.as_secs(),
@@ -110,7 +170,7 @@ fn secs(args: &StudyArgs, file: Option<&StudyFile>) -> Result<u64, Failure> {
             let time = plain(value).parse::<Time>();
             time.map_err(|error| format!("duration: {error}"))?.0.as_secs()
         }
-        (None, None) => DEFAULT_SECS,
+        (None, None) => day.map_or(DEFAULT_SECS, limit_secs),
     };
     if RUN_SECS.contains(&secs) {
         Ok(secs)
@@ -119,14 +179,20 @@ fn secs(args: &StudyArgs, file: Option<&StudyFile>) -> Result<u64, Failure> {
     }
 }
 
+/// Returns the time at which a day ends at the latest: an hour after its last order, in whole
+/// minutes.
+fn limit_secs(day: &Day) -> u64 {
+    (day.end_secs() + 3600).next_multiple_of(60)
+}
+
 /// Returns every combination of the axes' values, then those of a manager and the bound.
 fn variants(
-    plant: &Path,
+    base: Variant,
     axes: &[Axis],
     args: &StudyArgs,
     options: &ReadOptions,
 ) -> Result<Vec<Variant>, Failure> {
-    let mut variants = vec![Variant::read(plant, options)?];
+    let mut variants = vec![base];
     for Axis { setting, values } in axes {
         let mut combined = Vec::new();
         for variant in &variants {

@@ -295,7 +295,17 @@ fn outcome(
     }
     let wall_secs = started.elapsed().as_secs_f64();
     let Judged { findings, examples, stalls } = judged;
-    Ok(Outcome { job: job.id(), digest, figures, findings, examples, stalls, edges, wall_secs })
+    Ok(Outcome {
+        job: job.id(),
+        digest,
+        figures,
+        findings,
+        examples,
+        stalls,
+        edges,
+        ending: job.ending,
+        wall_secs,
+    })
 }
 
 /// The validator's findings about a run; none if it isn't judged.

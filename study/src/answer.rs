@@ -1,16 +1,23 @@
 //! The answer of a study: curves, their knees, bottlenecks with their reliefs, and comparisons.
 
+mod comparison;
+mod least;
+
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
 use crate::certificate::certificate;
-use crate::outcome::{EdgeOutcome, Example, Stall};
-use crate::plan::{Plan, Precision, Variant};
+use crate::job::Ending;
+use crate::outcome::{EdgeOutcome, Example, RunEnd, Stall};
+use crate::plan::{Plan, Precision, Target, Variant};
 use crate::statistics::Interval;
-use crate::sweep::{Curve, Known, Point, Run};
+use crate::sweep::{Curve, Known, Point};
 use crate::workers::RunFailure;
+
+pub use comparison::{Comparison, Difference};
+pub use least::{Binding, LeastAnswer, TargetAnswer};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
 #[derive(Clone, Debug, Serialize)]
@@ -36,12 +43,16 @@ pub struct Answer {
 /// The method of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Method {
-    /// Simulated seconds of a run, the warm-up included.
+    /// Simulated seconds of a run, the warm-up included; of a day, at most.
     pub secs: u64,
+    /// Whether a run is a day, which ends with its last order.
+    pub is_day: bool,
     /// Ticks and frames per simulated second.
     pub rate_hz: u32,
     /// The numbers of robots that were asked for.
     pub robots: String,
+    /// The targets that a fleet must meet.
+    pub targets: Vec<String>,
     /// The least and the largest number of seeds.
     pub seeds: [u64; 2],
     /// The wanted half of the 95 % interval at the knee, as a part of the throughput.
@@ -75,6 +86,8 @@ pub struct VariantAnswer {
     pub points: Vec<PointAnswer>,
     /// The knee.
     pub knee: Option<KneeAnswer>,
+    /// The least number of robots that meets the targets.
+    pub least: Option<LeastAnswer>,
     /// Numbers of robots of which a run failed, with the reasons.
     pub failed: Vec<(u32, String)>,
     /// Numbers of robots that don't fit on the layout, with the reasons.
@@ -97,6 +110,11 @@ pub struct KneeAnswer {
     /// The number of robots up to which each additional one brings at least half of what one
     /// brings alone.
     pub half: u32,
+    /// The number of robots up to which each additional one brings at least 90 % of what one brings
+    /// alone.
+    pub most_of: u32,
+    /// The number of robots that carries the most of those that were tried.
+    pub most: u32,
     /// Whether it is the largest number of robots that was tried, so that more may bring more.
     pub is_open: bool,
     /// The least number of robots, above that of the knee, that stalled in a run.
@@ -110,6 +128,8 @@ pub struct PointAnswer {
     pub robots: u32,
     /// The seeds of its runs, with the digests of all frames.
     pub runs: Vec<RunAnswer>,
+    /// Its figures against the targets.
+    pub targets: Vec<TargetAnswer>,
     /// Finished orders an hour.
     pub orders_per_hour: Option<Interval>,
     /// Finished stops an hour.
@@ -118,8 +138,16 @@ pub struct PointAnswer {
     pub service_mean_secs: Option<Interval>,
     /// The median of it.
     pub service_p50_secs: Option<Interval>,
+    /// The 90th percentile of it.
+    pub service_p90_secs: Option<Interval>,
+    /// The 95th percentile of it.
+    pub service_p95_secs: Option<Interval>,
     /// The 99th percentile of it.
     pub service_p99_secs: Option<Interval>,
+    /// The longest.
+    pub service_longest_secs: Option<Interval>,
+    /// The part of the orders with a deadline that were late.
+    pub late: Option<Interval>,
     /// The part of the robots' time with an order.
     pub utilisation: Option<Interval>,
     /// The part of the robots' time in which they wait for room.
@@ -140,6 +168,8 @@ pub struct PointAnswer {
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
     pub open_orders: Option<Interval>,
+    /// Runs of a day that weren't over at their limit.
+    pub overdue_runs: usize,
 }
 
 /// Adds numbers by kind.
@@ -168,31 +198,39 @@ pub struct RunAnswer {
 }
 
 impl Answer {
-    /// Combines the results. `known` has the runs of all variants, in their order.
+    /// Combines the results. `known` has the runs of all variants, in their order, and `places`
+    /// the place that robots wait for the most in the runs that miss a target.
     pub fn new(
         plan: &Plan,
         curves: &[Curve],
         known: &[Known],
+        places: &[Option<String>],
         bottlenecks: Vec<Bottleneck>,
         edges: Vec<EdgeOutcome>,
     ) -> Self {
         let Precision { least_seeds, most_seeds, interval, knee, .. } = plan.precision;
         let method = Method {
             secs: plan.time.secs,
+            is_day: plan.variants.iter().any(|variant| variant.ending() == Ending::AfterOrders),
             rate_hz: plan.time.rate_hz,
             robots: plan.robots.to_string(),
+            targets: plan.question.targets().iter().map(Target::to_string).collect(),
             seeds: [least_seeds, most_seeds],
             interval,
             knee,
         };
-        let variants: Vec<VariantAnswer> = plan
-            .variants
-            .iter()
-            .zip(curves.iter().zip(known))
-            .map(|(variant, (curve, known))| VariantAnswer::new(variant, curve, known))
-            .collect();
+        let targets = plan.question.targets();
+        let mut variants = Vec::new();
+        for ((variant, curve), (known, place)) in
+            plan.variants.iter().zip(curves).zip(known.iter().zip(places))
+        {
+            let mut answer = VariantAnswer::new(variant, targets, curve, known);
+            answer.least = LeastAnswer::new(targets, curve, place.clone());
+            variants.push(answer);
+        }
         let mut comparisons = Vec::new();
-        if let Some((base, others)) = known.split_first() {
+        // The least numbers of variants are compared, and no numbers that happened to be tried.
+        if let Some((base, others)) = known.split_first().filter(|_| targets.is_empty()) {
             for (variant, other) in plan.variants.iter().skip(1).zip(others) {
                 comparisons.push(Comparison::of(&variant.name, base, other));
             }
@@ -218,7 +256,19 @@ impl VariantAnswer {
         reason.filter(|_| self.points.is_empty())
     }
 
-    fn new(variant: &Variant, curve: &Curve, known: &Known) -> Self {
+    /// Returns the number of robots that the answer is about, if there is one.
+    pub fn robots(&self) -> Option<u32> {
+        let least = self.least.as_ref().and_then(LeastAnswer::chosen);
+        self.knee.as_ref().map(|knee| knee.robots).or(least)
+    }
+
+    /// Whether there is an answer to the question.
+    pub fn is_known(&self) -> bool {
+        let least = self.least.as_ref().and_then(|least| least.robots);
+        self.knee.is_some() || least.is_some()
+    }
+
+    fn new(variant: &Variant, targets: &[Target], curve: &Curve, known: &Known) -> Self {
         let (mut failed, mut no_room) = (BTreeMap::new(), BTreeMap::new());
         for ((robots, _), run) in known {
             match run {
@@ -227,13 +277,16 @@ impl VariantAnswer {
                 Ok(_) => continue,
             };
         }
-        let points: Vec<PointAnswer> = curve.points.iter().map(PointAnswer::new).collect();
+        let points: Vec<PointAnswer> =
+            curve.points.iter().map(|point| PointAnswer::new(targets, point)).collect();
         let knee = curve.knee.and_then(|index| {
             let point = &curve.points[index];
             Some(KneeAnswer {
                 robots: point.robots,
                 orders_per_hour: point.counted_throughput()?,
-                half: curve.half.map_or(point.robots, |index| curve.points[index].robots),
+                half: curve.robots(curve.half).unwrap_or(point.robots),
+                most_of: curve.robots(curve.most_of).unwrap_or(point.robots),
+                most: curve.robots(curve.most).unwrap_or(point.robots),
                 is_open: curve.is_open,
                 stalls_from: curve.points[index..]
                     .iter()
@@ -256,6 +309,7 @@ impl VariantAnswer {
             other_findings: sums(points.iter().map(|point| &point.other_findings)),
             points,
             knee,
+            least: None,
             failed: failed.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
             no_room: no_room.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
         }
@@ -268,7 +322,8 @@ impl PointAnswer {
         self.runs.iter().filter(|run| !run.stalls.is_empty())
     }
 
-    fn new(point: &Point) -> Self {
+    fn new(targets: &[Target], point: &Point) -> Self {
+        let overdue = point.runs.iter().filter(|run| run.end == RunEnd::Overdue);
         let runs = (1..).zip(&point.runs).map(|(seed, run)| RunAnswer {
             seed,
             digest: run.digest.clone(),
@@ -279,11 +334,17 @@ impl PointAnswer {
         Self {
             robots: point.robots,
             runs: runs.collect(),
+            targets: targets.iter().map(|target| TargetAnswer::new(target, point)).collect(),
+            overdue_runs: overdue.count(),
             orders_per_hour: point.counted_throughput(),
             stops_per_hour: point.interval(|run| Some(run.stops_per_hour)),
-            service_mean_secs: point.interval(|run| run.service_mean_secs),
-            service_p50_secs: point.interval(|run| run.service_p50_secs),
-            service_p99_secs: point.interval(|run| run.service_p99_secs),
+            service_mean_secs: point.service(|service| service.mean_secs),
+            service_p50_secs: point.service(|service| service.p50_secs),
+            service_p90_secs: point.service(|service| service.p90_secs),
+            service_p95_secs: point.service(|service| service.p95_secs),
+            service_p99_secs: point.service(|service| service.p99_secs),
+            service_longest_secs: point.service(|service| service.longest_secs),
+            late: point.interval(|run| run.late),
             utilisation: point.interval(|run| Some(run.utilisation)),
             waiting: point.interval(|run| Some(run.waiting)),
             empty: point.interval(|run| run.empty),
@@ -295,66 +356,5 @@ impl PointAnswer {
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
         }
-    }
-}
-
-/// The comparison of a variant with the first one.
-#[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
-    /// The variant.
-    pub name: String,
-    /// The differences by number of robots, for the numbers that both were run with.
-    pub differences: Vec<Difference>,
-}
-
-/// The difference at a number of robots.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Difference {
-    /// The number of robots.
-    pub robots: u32,
-    /// Orders an hour of the first variant, the mean over the seeds that both were run with.
-    pub base: f64,
-    /// The additional orders an hour, seed by seed.
-    pub more_orders_per_hour: Interval,
-}
-
-impl Difference {
-    /// Returns the difference at a number of robots, of the seeds that both have; `None` if there
-    /// are none.
-    ///
-    /// Runs with the same seed have the same orders and disturbances (common random numbers), so it
-    /// is the interval of paired differences (Law, Simulation Modeling and Analysis, 5th edition,
-    /// sections 10.2.1 and 11.2).
-    pub fn of(base: &Known, other: &Known, robots: u32) -> Option<Self> {
-        let (mut sum, mut differences) = (0.0, Vec::new());
-        for (run, _) in base.range((robots, 0)..(robots + 1, 0)) {
-            if let (Some(base), Some(other)) = (orders(base, run), orders(other, run)) {
-                sum += base;
-                differences.push(other - base);
-            }
-        }
-        let more_orders_per_hour = Interval::of(&differences)?;
-        Some(Self { robots, base: sum / differences.len() as f64, more_orders_per_hour })
-    }
-
-    /// Whether the interval excludes 0, so that the difference is more than chance.
-    pub fn is_clear(&self) -> bool {
-        let Interval { mean, half_width, .. } = self.more_orders_per_hour;
-        half_width.is_some_and(|half_width| mean.abs() > half_width)
-    }
-}
-
-fn orders(known: &Known, run: &Run) -> Option<f64> {
-    Some(known.get(run)?.as_ref().ok()?.orders_per_hour)
-}
-
-impl Comparison {
-    /// Compares a variant with the first one.
-    pub fn of(name: &str, base: &Known, other: &Known) -> Self {
-        let mut robots: Vec<u32> = base.keys().map(|(robots, _)| *robots).collect();
-        robots.dedup();
-        let differences =
-            robots.into_iter().filter_map(|robots| Difference::of(base, other, robots)).collect();
-        Self { name: name.to_owned(), differences }
     }
 }

@@ -1,6 +1,6 @@
 //! The traffic that the layout of a study allows its robots, before any run.
 
-use regatta_layout::traffic::{Certificate, RobotType, Turning};
+use regatta_layout::traffic::{Certificate, RobotType, Turning, most_under_way};
 
 use crate::plan::Variant;
 
@@ -20,4 +20,15 @@ pub fn certificate(variant: &Variant) -> Vec<String> {
         }
         _ => Vec::new(),
     }
+}
+
+/// Returns the largest number of robots that the roads of a variant let under way at once; `None`
+/// for large layouts, or robots that a certificate can't describe.
+pub fn most_robots(variant: &Variant) -> Option<u32> {
+    let [length, width] = variant.size();
+    let robot = RobotType::new(length, width, Turning::OnTheSpot).ok()?;
+    let is_small = variant.graph.edges().len() <= MOST_EDGES;
+    is_small
+        .then(|| most_under_way(&variant.graph, &robot).at_nodes.robots)
+        .filter(|most| *most > 0)
 }

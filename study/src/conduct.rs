@@ -7,11 +7,14 @@ use std::ops::Range;
 use crate::answer::{Answer, Difference};
 use crate::bottleneck::{Bottleneck, Relief, bottlenecks};
 use crate::job::{Job, JobId};
-use crate::outcome::Measured;
-use crate::plan::{Plan, PlanError, Variant, robots_in_words};
+use crate::outcome::{EdgeOutcome, Measured};
+use crate::plan::{Plan, PlanError, Question, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
-use crate::sweep::{self, Curve, Known, Run, RunResult, Step};
+use crate::sweep::{self, Curve, Known, Point, Run, RunResult, Step};
 use crate::workers::{Report, RunFailure, Task, Workers, WorkersError};
+
+/// The part of the robots' time from which on waiting may be the reason for late orders.
+const MUCH_WAITING: f64 = 0.1;
 
 /// The observer of a study.
 pub trait Watcher {
@@ -89,27 +92,49 @@ impl<'a> Conductor<'a> {
             let reason = "the plan has no variants".to_owned();
             return Err(StudyError::AllFailed(RunFailure::Failed(reason)));
         };
-        let Some(knee) = first.knee else {
-            if let (Some((_, reason)), true) = (first.failed.first(), first.points.is_empty()) {
-                return Err(StudyError::AllFailed(reason.clone()));
+        if let (Some((_, reason)), true) = (first.failed.first(), first.points.is_empty()) {
+            return Err(StudyError::AllFailed(reason.clone()));
+        }
+        let (mut found, mut edges) = (Vec::new(), Vec::new());
+        if let Some(chosen) = first.chosen() {
+            let point = &first.points[chosen];
+            let (robots, seeds) = (point.robots, point.runs.len() as u64);
+            if plan.question == Question::Knee {
+                // The other variants need the runs of the first one at its knee, to be compared
+                // with it.
+                let others = runs(1..experiments.len(), robots, seeds);
+                self.round(&mut experiments, &others)?;
             }
-            let known: Vec<Known> =
-                experiments.into_iter().map(|experiment| experiment.known).collect();
-            return Ok(Answer::new(plan, &curves, &known, Vec::new(), Vec::new()));
-        };
-        let (robots, seeds) = (first.points[knee].robots, first.points[knee].runs.len() as u64);
-        // The other variants need the runs of the first one at its knee, to be compared with it.
-        let others = runs(1..experiments.len(), robots, seeds);
-        self.round(&mut experiments, &others)?;
-        let ids: Vec<JobId> =
-            (1..=seeds).map(|seed| self.job(&experiments[0], (robots, seed)).id()).collect();
-        let edges = self.store.edges(&ids);
-        let mut found = bottlenecks(&plan.variants[0], &edges, plan.time.secs);
-        self.relieve(&experiments[0], &mut found, robots, seeds)?;
+            edges = self.edges(&experiments[0], point);
+            found = bottlenecks(&plan.variants[0], &edges, plan.time.secs);
+            self.relieve(&experiments[0], &mut found, robots, seeds)?;
+        }
+        let mut places = Vec::new();
+        for (experiment, curve) in experiments.iter().zip(&curves) {
+            places.push(self.place(experiment, curve));
+        }
         let known: Vec<Known> =
             experiments.into_iter().map(|experiment| experiment.known).collect();
         self.tell_doubts();
-        Ok(Answer::new(plan, &curves, &known, found, edges))
+        Ok(Answer::new(plan, &curves, &known, &places, found, edges))
+    }
+
+    /// Returns the figures of edges over the runs of a point.
+    fn edges(&self, experiment: &Experiment<'_>, point: &Point) -> Vec<EdgeOutcome> {
+        let seeds = 1..=point.runs.len() as u64;
+        let ids = seeds.map(|seed| self.job(experiment, (point.robots, seed)).id());
+        self.store.edges(&ids.collect::<Vec<_>>())
+    }
+
+    /// Returns the place that robots wait for the most in the runs that miss a target, unless they
+    /// hardly wait.
+    fn place(&self, experiment: &Experiment<'_>, curve: &Curve) -> Option<String> {
+        let point = &curve.points[curve.binding()?];
+        let waiting = point.interval(|run| Some(run.waiting))?.mean;
+        let edges =
+            if waiting >= MUCH_WAITING { self.edges(experiment, point) } else { Vec::new() };
+        let found = bottlenecks(experiment.variant, &edges, self.plan.time.secs);
+        Some(found.first()?.place())
     }
 
     fn experiments<'v>(
@@ -130,7 +155,8 @@ impl<'a> Conductor<'a> {
             let mut wanted = Vec::new();
             let mut curves = Vec::new();
             for (index, experiment) in experiments.iter().enumerate() {
-                match sweep::next(&self.plan.robots, &self.plan.precision, &experiment.known) {
+                let Plan { question, robots, precision, .. } = self.plan;
+                match sweep::next(question, robots, precision, &experiment.known) {
                     Step::Done(curve) => curves.push(curve),
                     Step::Needs(runs) => {
                         wanted

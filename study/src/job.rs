@@ -12,7 +12,7 @@ use regatta_base::file;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::plan::RunScenario;
+use crate::plan::{Load, RunScenario};
 
 /// Arguments of the fleet manager that a study may give it, with their values.
 pub const OPTIONS: [&str; 2] = [PLANNER, "--seed"];
@@ -81,6 +81,23 @@ pub enum Manager {
     Bound(Vec<String>),
 }
 
+/// The end of what a run measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ending {
+    /// The time of the run: orders come without an end.
+    #[default]
+    AtTime,
+    /// The end of the last order: all orders are known from the beginning.
+    AfterOrders,
+}
+
+impl Ending {
+    fn is_at_time(&self) -> bool {
+        *self == Self::AtTime
+    }
+}
+
 /// One run of engine, manager, traffic, validator and meter in lockstep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -93,6 +110,9 @@ pub struct Job {
     pub secs: u64,
     /// Ticks and frames per simulated second.
     pub rate_hz: u32,
+    /// The end of what it measures.
+    #[serde(default, skip_serializing_if = "Ending::is_at_time")]
+    pub ending: Ending,
     /// The program that steers the robots.
     pub manager: Manager,
 }
@@ -140,6 +160,9 @@ impl Job {
         let graph = &self.scenario.graph;
         if !is_layout_name(graph) {
             return Some(format!("its layout is '{}'", graph.escape_debug()));
+        }
+        if self.scenario.setup.load.as_ref().is_some_and(Load::names_a_file) {
+            return Some("its load names a file of orders".to_owned());
         }
         let (Manager::BuiltIn(args) | Manager::Bound(args)) = &self.manager else { return None };
         let mut args = args.iter();
@@ -225,7 +248,8 @@ mod tests {
         }))
         .expect("a scenario");
         let manager = Manager::BuiltIn(vec!["--in-turn".to_owned()]);
-        Job { program: "0.1.0".to_owned(), scenario, secs: 600, rate_hz: 10, manager }
+        let (program, ending) = ("0.1.0".to_owned(), Ending::AtTime);
+        Job { program, scenario, secs: 600, rate_hz: 10, ending, manager }
     }
 
     #[test]
@@ -265,6 +289,10 @@ mod tests {
             let error = error.expect_err("refused");
             assert!(error.contains("its manager has the argument '"), "{args:?}: {error}");
         }
+        let mut job = with_layout(Manager::BuiltIn(Vec::new()), &name);
+        let load = json!({"generators": [{"per_hour": 3}, {"orders": "/etc/passwd"}]});
+        job.scenario.setup.load = Some(serde_json::from_value(load).expect("a load"));
+        assert!(read_back(&job).expect_err("refused").contains("names a file of orders"));
         for graph in ["/etc/passwd", "../a.yaml", "a.yaml", ""] {
             let error = read_back(&with_layout(Manager::BuiltIn(Vec::new()), graph));
             assert!(error.expect_err(graph).contains("its layout is '"), "{graph}");

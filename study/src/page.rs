@@ -4,6 +4,8 @@
 mod chart;
 mod content;
 mod heat_map;
+mod least;
+mod method;
 mod plan;
 mod stall_map;
 mod verdict;

@@ -1,19 +1,23 @@
 //! The plan of a study: variants of a plant, numbers of robots, seeds.
 
+mod day;
 mod file;
 mod robots;
 mod scenario;
 mod setting;
+mod target;
 mod variant;
 
 use std::path::PathBuf;
 
+pub use day::Day;
 pub use file::{StudyFile, is_study};
 pub use robots::{ParseRobotsError, Robots, robots_in_words};
 pub use scenario::{
     Breakdowns, Disturbances, Load, RobotGroup, RobotType, Routes, RunScenario, Setup,
 };
 pub use setting::{Axis, ParseAxisError, Setting};
+pub use target::{ParseTargetError, Side, Statistic, Target, TargetFigure};
 pub use variant::{FLEET_MANAGER, RunTime, Variant};
 
 use regatta_layout::{ChangeError, GraphError};
@@ -26,6 +30,8 @@ pub struct Plan {
     pub title: String,
     /// The numbers of robots.
     pub robots: Robots,
+    /// The question.
+    pub question: Question,
     /// The precision of the answer.
     pub precision: Precision,
     /// The time of a run.
@@ -36,6 +42,26 @@ pub struct Plan {
     pub program: String,
     /// The variants; at least one. The others are compared with the first.
     pub variants: Vec<Variant>,
+}
+
+/// The question of a study.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Question {
+    /// The number of robots that the plant holds: the knee of the curve.
+    #[default]
+    Knee,
+    /// The least number of robots that meets all of some targets.
+    Least(Vec<Target>),
+}
+
+impl Question {
+    /// The targets; none if the question is another one.
+    pub fn targets(&self) -> &[Target] {
+        match self {
+            Self::Knee => &[],
+            Self::Least(targets) => targets,
+        }
+    }
 }
 
 /// The numbers of seeds, and the definition of the knee of a curve.
@@ -104,6 +130,20 @@ pub enum PlanError {
         file: PathBuf,
         /// The part of the load.
         part: String,
+    },
+    /// A stop of a day's orders is cut off from the other roads.
+    #[error(
+        "{day}: the station {stop} is cut off from the other roads of {file}: connect it, or take \
+         its orders out; `regatta graph check --traffic` shows more",
+        file = file.display()
+    )]
+    CutOffStop {
+        /// The file of orders.
+        day: String,
+        /// The station.
+        stop: String,
+        /// The layout or the scenario.
+        file: PathBuf,
     },
     /// A setting doesn't fit the scenario, or its value is invalid.
     #[error("{setting}: {message}")]

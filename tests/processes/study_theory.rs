@@ -108,7 +108,7 @@ fn a_single_server_loop_agrees_with_pollaczek_and_khinchine() {
 
 /// A ring of bays off the road, where robots stand without blocking others: nearly all of the time
 /// of an order.
-fn bays(count: usize) -> String {
+pub(crate) fn bays(count: usize) -> String {
     let (mut nodes, mut edges) = (String::from("id,x,y,role\n"), String::from("\nfrom,to,speed\n"));
     for index in 0..count {
         let angle = std::f64::consts::TAU * index as f64 / count as f64;

@@ -122,6 +122,12 @@ impl Simulation {
     }
 }
 
+/// Returns a layout as the world that an engine publishes, without robot types and the lengths of
+/// edges.
+pub fn world(graph: &RouteGraph) -> WorldData {
+    world_of(graph, std::iter::repeat(0.0))
+}
+
 /// Returns a graph as a world without robot types. `lengths` are those of the edges, in metres.
 fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData {
     let mut world = WorldData { origin: graph.origin().to_array(), ..WorldData::default() };

@@ -30,9 +30,11 @@ impl OrderLog {
     pub fn record(&mut self, event: &OrderEvent, places: &Places) -> OrderRecord {
         let id = event.id.0;
         match &event.change {
-            Change::Created { stops, .. } => {
-                OrderRecord { detail: *stops, ..record(id, OrderKind::Created, None) }
-            }
+            Change::Created { stops, due_secs, .. } => OrderRecord {
+                detail: *stops,
+                due_secs: due_secs.map_or(0.0, seconds_left),
+                ..record(id, OrderKind::Created, None)
+            },
             Change::Stop { stop, node, action, dwell_secs } => {
                 let content = Stop { node: *node, action: *action, dwell_secs: *dwell_secs };
                 let record = record(id, OrderKind::Stop, None);
@@ -69,6 +71,11 @@ impl OrderLog {
         self.stops.remove(&record.order);
         record
     }
+}
+
+/// Returns the seconds to a deadline as a record has them, where 0 means none.
+fn seconds_left(due_secs: f64) -> f32 {
+    if due_secs == 0.0 { -f32::MIN_POSITIVE } else { due_secs as f32 }
 }
 
 fn obstacle(reason: Unroutable) -> Obstacle {

@@ -4,7 +4,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Orders, RobotWork};
+use crate::orders::{Finished, Orders, RobotWork, Unfinished};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -39,6 +39,9 @@ pub struct Figures {
     pub finished: Vec<Finished>,
     /// Orders that aren't over.
     pub open: u64,
+    /// These orders; none in figures of an earlier version.
+    #[serde(default)]
+    pub unfinished: Vec<Unfinished>,
     /// Orders that the fleet manager has given up.
     pub failed: u64,
     /// Orders that were cancelled.
@@ -142,6 +145,7 @@ impl Meter {
             effort: self.effort.clone(),
             finished: finished.clone(),
             open: self.orders.open() as u64,
+            unfinished: self.orders.unfinished(self.secs),
             failed: *failed,
             cancelled: *cancelled,
             samples_missed: self.samples_missed,
@@ -207,7 +211,8 @@ mod tests {
 
     #[test]
     fn figures_are_the_same_after_a_file() {
-        let finished = vec![Finished { at_secs: 1.1, service_secs: 0.3, stops: 1 }];
+        let finished =
+            vec![Finished { at_secs: 1.1, service_secs: 0.3, stops: 1, due_secs: Some(0.2) }];
         let figures = Figures {
             finished,
             effort: vec![Effort { robot_secs: 0.1, ..Effort::default() }],

@@ -14,12 +14,40 @@ pub struct Finished {
     pub service_secs: f64,
     /// The number of its stops.
     pub stops: u32,
+    /// Seconds from its creation to its deadline, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub due_secs: Option<f64>,
+}
+
+impl Finished {
+    /// Whether it was finished after its deadline; `None` if it has none.
+    pub fn is_late(&self) -> Option<bool> {
+        Some(self.service_secs > self.due_secs?)
+    }
+}
+
+/// An order that isn't over at the end of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Unfinished {
+    /// Seconds since its creation.
+    pub age_secs: f64,
+    /// Seconds from its creation to its deadline, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub due_secs: Option<f64>,
+}
+
+impl Unfinished {
+    /// Whether its deadline is over; `None` if it has none.
+    pub fn is_late(&self) -> Option<bool> {
+        Some(self.age_secs > self.due_secs?)
+    }
 }
 
 /// An order that isn't over.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     created_secs: f64,
+    due_secs: Option<f64>,
     stops: u32,
     robot: Option<u32>,
     /// Loads that were picked and not dropped yet.
@@ -60,6 +88,7 @@ impl Orders {
         if kind == OrderKind::Created {
             let open = Open {
                 created_secs: now_secs,
+                due_secs: (record.due_secs != 0.0).then(|| rounded(record.due_secs.into())),
                 stops: record.detail,
                 robot: None,
                 loads: 0,
@@ -96,9 +125,9 @@ impl Orders {
                 self.add(record.robot, 0, change);
             }
             OrderKind::Finished => {
-                let Open { created_secs, stops, .. } = *open;
-                let service_secs = rounded(now_secs - created_secs);
-                self.finished.push(Finished { at_secs: rounded(now_secs), service_secs, stops });
+                let Open { created_secs, due_secs, stops, .. } = *open;
+                let (at_secs, service_secs) = (rounded(now_secs), rounded(now_secs - created_secs));
+                self.finished.push(Finished { at_secs, service_secs, stops, due_secs });
                 self.close(record.order);
             }
             OrderKind::Failed => {
@@ -116,6 +145,16 @@ impl Orders {
     /// Returns the number of orders that aren't over.
     pub fn open(&self) -> usize {
         self.open.len()
+    }
+
+    /// Returns the orders that aren't over at a simulated time in seconds.
+    pub fn unfinished(&self, now_secs: f64) -> Vec<Unfinished> {
+        let open = self.open.values();
+        open.map(|open| Unfinished {
+            age_secs: rounded(now_secs - open.created_secs),
+            due_secs: open.due_secs,
+        })
+        .collect()
     }
 
     /// Returns a function of robots in ascending order that returns the present work of each. To
@@ -184,7 +223,25 @@ mod tests {
         assert_eq!(has(&orders, 3), [true, false]);
         orders.take(&record(OrderKind::Finished), 30.0);
         assert_eq!((orders.open(), has(&orders, 3)), (0, [false, false]));
-        assert_eq!(orders.finished, [Finished { at_secs: 30.0, service_secs: 20.0, stops: 2 }]);
+        let finished = Finished { at_secs: 30.0, service_secs: 20.0, stops: 2, due_secs: None };
+        assert_eq!(orders.finished, [finished]);
+    }
+
+    #[test]
+    fn an_order_is_late_after_its_deadline() {
+        let mut orders = Orders::default();
+        for (order, due_secs) in [(1, 15.0), (2, 25.0), (3, 0.0), (4, -1.0)] {
+            let created = OrderRecord::new(order, OrderKind::Created);
+            orders.take(&OrderRecord { due_secs, ..created }, 10.0);
+        }
+        let late: Vec<_> = orders.unfinished(30.0).iter().map(Unfinished::is_late).collect();
+        assert_eq!(late, [Some(true), Some(false), None, Some(true)]);
+        for order in [1, 2, 3] {
+            orders.take(&OrderRecord::new(order, OrderKind::Finished), 30.0);
+        }
+        let late: Vec<_> = orders.finished.iter().map(Finished::is_late).collect();
+        assert_eq!(late, [Some(true), Some(false), None]);
+        assert_eq!(orders.unfinished(30.0).len(), 1);
     }
 
     #[test]

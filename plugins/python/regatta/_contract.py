@@ -299,7 +299,7 @@ class OrderRecord(Record):
     action: u32
     dwell_secs: f32
     detail: u32
-    reserved: u32
+    due_secs: f32
 
 
 @record

@@ -23,7 +23,11 @@ INTERVALS = (
     "stops_per_hour",
     "service_mean_secs",
     "service_p50_secs",
+    "service_p90_secs",
+    "service_p95_secs",
     "service_p99_secs",
+    "service_longest_secs",
+    "late",
     "utilisation",
     "waiting",
     "empty",
@@ -43,10 +47,17 @@ class Study:
     answers: tuple[str, ...]
     """The answer for each variant, in words, and what restricts it."""
     rows: tuple[dict[str, Any], ...]
-    """A row for each variant and number of robots: the mean figures over its runs, the numbers of runs, of runs that stalled,
-    and of contacts."""
+    """A row for each variant and number of robots: the mean figures over its runs, its standing against each target (``met``,
+    ``open`` or ``missed``), the numbers of runs, of runs that stalled, and of contacts."""
     json: dict[str, Any]
     """Everything, as ``study.json`` has it."""
+
+    @property
+    def least(self) -> dict[str, int | None]:
+        """The least number of robots of each variant that meets the targets, by the variant's name; ``None`` if none of the
+        numbers that were tried does."""
+        found = {variant["name"]: variant["least"] for variant in self.json["variants"]}
+        return {name: least and least["robots"] for name, least in found.items()}
 
     def to_pandas(self) -> pandas.DataFrame:
         """Returns the rows as a data frame of pandas, which must be installed."""
@@ -68,6 +79,8 @@ def study(
     minutes: float | None = None,
     seeds: tuple[int, int] | None = None,
     vary: Mapping[str, Sequence[Any]] | None = None,
+    orders: str | os.PathLike[str] | None = None,
+    targets: Sequence[str] = (),
     output: str | os.PathLike[str] | None = None,
     arguments: Sequence[str] = (),
 ) -> Study:
@@ -75,7 +88,9 @@ def study(
 
     ``plant`` is a layout of any format, a scenario or a study file. ``robots`` are numbers to try, or a range such as
     ``"1..64"``; ``minutes`` is the simulated time of a run, ``seeds`` the least and the largest number of runs of a
-    point. ``vary`` has settings with the values to compare. The page of results and all files stay in the folder
+    point. ``vary`` has settings with the values to compare. ``orders`` is a file with the orders of a day, in place of the
+    load. With ``targets`` such as ``"p99 service < 6min"`` the answer is the least number of robots that meets all of them
+    (:attr:`Study.least`). The page of results and all files stay in the folder
     ``output``; without one they are deleted. ``arguments`` are further arguments of the command.
 
     >>> table = regatta.study("plant.lif.json", [1, 2, 4, 8], vary={"max_speed": [1.0, 1.5]}).to_pandas()  # doctest: +SKIP
@@ -89,6 +104,9 @@ def study(
         command += [] if robots is None else ["--robots", _robots(robots)]
         command += [] if minutes is None else ["--duration", f"{minutes * 60}s"]
         command += [] if seeds is None else ["--seeds", f"{seeds[0]}..{seeds[1]}"]
+        command += [] if orders is None else ["--orders", os.fspath(orders)]
+        for target in targets:
+            command += ["--target", target]
         for setting, values in (vary or {}).items():
             command += ["--vary", f"{setting}={','.join(json.dumps(value) for value in values)}"]
         ended = subprocess.run(
@@ -120,4 +138,5 @@ def _row(variant: dict[str, Any], point: dict[str, Any]) -> dict[str, Any]:
         interval = point[name] or {"mean": None, "half_width": None}
         row |= {name: interval["mean"], f"{name}_half_width": interval["half_width"]}
     stalled = sum(bool(run["stalls"]) for run in point["runs"])
+    row |= {target["target"]: target["standing"] for target in point["targets"]}
     return row | {"runs": len(point["runs"]), "stalled_runs": stalled, "contacts": point["contacts"]}

@@ -34,6 +34,22 @@ def test_a_study_is_a_table(tmp_path: Path) -> None:
     assert (tmp_path / "study/index.html").is_file()
 
 
+def test_targets_have_a_least_fleet(tmp_path: Path) -> None:
+    day = tmp_path / "day.csv"
+    day.write_text("time,stops\n" + "".join(f"0,{1 + place % 4}:none:60\n" for place in range(4)))
+    result = regatta.study(
+        ROOT / "graphs/square.yaml",
+        [1, 2],
+        seeds=(2, 2),
+        orders=day,
+        targets=["longest service < 500s", "1 orders/h"],
+        arguments=["--resample", "none"],
+    )
+    table = result.to_pandas()
+    assert list(table["longest service < 500 s"]) == ["met", "met"] and result.least == {"": 1}
+    assert (table.late.isna()).all(), "no order has a deadline"
+
+
 def test_a_study_that_fails_says_why(tmp_path: Path) -> None:
     with pytest.raises(regatta.StudyError, match=r"missing\.yaml"):
         regatta.study("missing.yaml", 2)

@@ -191,7 +191,7 @@ fn order(order: &regatta::TransportOrder) -> OrderRecord {
         action: order.action as u32,
         dwell_secs: order.dwell_secs,
         detail: order.detail,
-        reserved: 0,
+        due_secs: order.due_secs,
     }
 }
 

@@ -251,6 +251,7 @@ fn order(order: &OrderRecord) -> regatta::TransportOrder {
         action: order.action as i32,
         dwell_secs: order.dwell_secs,
         detail: order.detail,
+        due_secs: order.due_secs,
     }
 }
 

@@ -2,8 +2,10 @@
 
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
+use super::least::{figures, fleets};
+use super::method::method;
 use super::stall_map::stall_map;
-use super::verdict::{caveats, orders_in_words, safety, verdict};
+use super::verdict::{caveats, numbers, orders_in_words, safety, verdict};
 use super::{Block, Picture};
 use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
@@ -14,6 +16,8 @@ use crate::statistics::Interval;
 pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
+    blocks.extend(answer.variants.first().and_then(numbers));
+    blocks.extend(fleets(answer));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
     blocks.extend(stall_picture(answer, base));
     blocks.push(Block::Text(safety(answer)));
@@ -32,13 +36,14 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
         blocks.extend(answer.certificate.iter().cloned().map(Block::Text));
     }
     blocks.push(Block::Heading(2, "Method".to_owned()));
-    blocks.extend(method(answer).map(Block::Text));
+    blocks.extend(method(answer).into_iter().map(Block::Text));
     blocks
 }
 
 /// Returns the title of the page.
 pub fn title(answer: &Answer) -> String {
-    format!("How many robots does {} hold?", answer.title)
+    let verb = if answer.method.targets.is_empty() { "hold" } else { "need" };
+    format!("How many robots does {} {verb}?", answer.title)
 }
 
 /// Returns the picture of the first variant's first stall that lasted to the end of its run, that
@@ -125,10 +130,10 @@ fn effort_chart(answer: &Answer) -> String {
     chart_over_robots(answer, "per cent", lines)
 }
 
-/// Returns a chart with a mark at the first variant's knee.
+/// Returns a chart with a mark at the first variant's answer.
 fn chart_over_robots(answer: &Answer, y: &str, series: Vec<Series>) -> String {
-    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref());
-    chart(&Chart { y, series, knee: knee.map(|knee| f64::from(knee.robots)) })
+    let robots = answer.variants.first().and_then(VariantAnswer::robots);
+    chart(&Chart { y, series, knee: robots.map(f64::from) })
 }
 
 fn series(name: String, variant: &VariantAnswer, figure: Figure) -> Series {
@@ -148,25 +153,30 @@ fn name(variant: &VariantAnswer) -> String {
     if variant.name.is_empty() { String::new() } else { format!("{} ", variant.name) }
 }
 
+/// The columns of the table of points, before the targets.
+const COLUMNS: [&str; 11] = [
+    "robots",
+    "orders an hour",
+    "each",
+    "service p50",
+    "p99",
+    "with an order",
+    "waiting",
+    "empty way",
+    "contacts",
+    "stalled",
+    "seeds",
+];
+
 fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
-    let mut rows = vec![row([
-        "robots",
-        "orders an hour",
-        "each",
-        "service p50",
-        "p99",
-        "with an order",
-        "waiting",
-        "empty way",
-        "contacts",
-        "stalled",
-        "seeds",
-    ])];
+    let mut head = row(COLUMNS);
+    head.extend(answer.method.targets.iter().cloned());
+    let mut rows = vec![head];
     for point in &variant.points {
-        let is_knee = variant.knee.as_ref().is_some_and(|knee| knee.robots == point.robots);
+        let is_answer = variant.robots() == Some(point.robots);
         let robots =
-            if is_knee { format!("**{}**", point.robots) } else { point.robots.to_string() };
-        rows.push(vec![
+            if is_answer { format!("**{}**", point.robots) } else { point.robots.to_string() };
+        let mut row = vec![
             robots,
             text(point.orders_per_hour, |orders| orders_in_words(&orders)),
             text(point.orders_per_hour, |orders| {
@@ -180,7 +190,9 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             point.contacts.to_string(),
             point.stalled().count().to_string(),
             point.runs.len().to_string(),
-        ]);
+        ];
+        row.extend(figures(point));
+        rows.push(row);
     }
     let mut blocks = Vec::new();
     if answer.variants.len() > 1 {
@@ -195,7 +207,7 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
 }
 
 /// The text in place of a missing figure.
-const NONE: &str = "–";
+pub(super) const NONE: &str = "–";
 
 fn text(interval: Option<Interval>, format: impl Fn(Interval) -> String) -> String {
     interval.map_or_else(|| NONE.to_owned(), format)
@@ -259,14 +271,13 @@ fn in_words(difference: &Difference) -> String {
 }
 
 fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
-    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else {
+    let Some(robots) = answer.variants.first().and_then(VariantAnswer::robots) else {
         return Vec::new();
     };
-    let of = first_of_several(answer);
-    let mut blocks =
-        vec![Block::Heading(2, format!("{of}Waiting, with {}", robots_in_words(knee.robots)))];
+    let (of, robots) = (first_of_several(answer), robots_in_words(robots));
+    let mut blocks = vec![Block::Heading(2, format!("{of}Waiting, with {robots}"))];
     if answer.bottlenecks.is_empty() {
-        let waiting = point_at_knee(answer).and_then(|point| point.waiting);
+        let waiting = answered_point(answer).and_then(|point| point.waiting);
         let text = match waiting.map(|waiting| waiting.mean) {
             Some(share @ 0.005..) => format!(
                 "Robots waited {:.0} % of their time, but for no place: their manager kept them \
@@ -280,9 +291,8 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     }
     let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
     let caption = format!(
-        "{of}The places where robots stand and wait, with {}. Each number marks a place that they \
-         wait for.",
-        robots_in_words(knee.robots)
+        "{of}The places where robots stand and wait, with {robots}. Each number marks a place that \
+         they wait for."
     );
     blocks.push(picture("waiting", &caption, map));
     let mut rows = vec![row([
@@ -301,11 +311,11 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     blocks
 }
 
-/// The point of the first variant at its knee.
-fn point_at_knee(answer: &Answer) -> Option<&PointAnswer> {
+/// The point of the first variant that the answer is about.
+fn answered_point(answer: &Answer) -> Option<&PointAnswer> {
     let variant = answer.variants.first()?;
-    let knee = variant.knee.as_ref()?;
-    variant.points.iter().find(|point| point.robots == knee.robots)
+    let robots = variant.robots()?;
+    variant.points.iter().find(|point| point.robots == robots)
 }
 
 fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
@@ -333,57 +343,5 @@ fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
         format!("{}{more}", edges.join(", ")),
         remedy,
         relief,
-    ]
-}
-
-/// Returns the paragraphs on the method.
-fn method(answer: &Answer) -> [String; 5] {
-    let method = &answer.method;
-    let [least, most] = method.seeds;
-    let (load, nodes, edges) = match answer.variants.first() {
-        Some(variant) => (&*variant.load, variant.nodes, variant.edges),
-        None => ("", 0, 0),
-    };
-    let [length, width] = answer.variants.first().map_or([0.0; 2], |variant| variant.robot_size);
-    let warm_up = answer
-        .variants
-        .iter()
-        .flat_map(|variant| &variant.points)
-        .filter_map(|point| point.warm_up_secs);
-    let longest = warm_up.map(|interval| interval.mean).fold(0.0, f64::max);
-    let (minutes, interval, knee) =
-        (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
-    [
-        format!(
-            "Regatta {}. The roads have {nodes} nodes and {edges} edges. Robots: {length} m × \
-             {width} m. Load: {load}. Each run is \
-             the real engine with the fleet manager, the validator, and meters of traffic and \
-             orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
-             repeats bit by bit; `runs` in `study.sqlite` has the command and the digest of each.",
-            answer.program, method.rate_hz,
-        ),
-        format!(
-            "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, \
-             Simulation 69, 1997; White, Cobb and Spratt, Winter Simulation Conference, 2000); at \
-             most {longest:.0} s on average over the seeds of a point. Intervals are Student's at \
-             95 % over independent replications (Law, Simulation Modeling and Analysis, 5th \
-             edition, 9.4.1): {least} seeds a point, and at the knee up to {most}, until the \
-             interval is within ± {interval:.0} %."
-        ),
-        "Seeds are common random numbers: variants and reliefs get the same orders and \
-         disturbances, and differences are paired, seed by seed (Law, 10.2.1 and 11.2)."
-            .to_owned(),
-        format!(
-            "The knee: robots are doubled, then the distance round the knee is halved again and \
-             again. On the upper concave hull of the means, it is the first point from which on \
-             each more robot brings less than {knee:.0} % of what one brings alone."
-        ),
-        "A robot that stands and wants to drive on is kept out of the next edge of its way, and \
-         those behind it are kept back by it: so all of a queue waits for the edge that its head \
-         is kept out of, and for the node where that ends. 'Robots waiting for it' is their mean \
-         number. It is measured by where robots are and where they go next, whoever steers them. \
-         What relieves a bottleneck was tried: the same runs with that one change. 'Within \
-         chance': the interval holds 0."
-            .to_owned(),
     ]
 }

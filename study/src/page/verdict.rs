@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use super::Block;
+use super::least::of_least;
 use crate::answer::{Answer, KneeAnswer, PointAnswer, VariantAnswer};
 use crate::outcome::CONTACT;
 use crate::plan::robots_in_words;
@@ -21,9 +23,12 @@ const MOST_STALLS: usize = 4;
 /// The answer for a variant, in one sentence or two.
 pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     let name = prefix(variant);
-    match &variant.knee {
-        Some(knee) => format!("{name}{}", of_knee(answer, variant, knee)),
-        None => format!("{name}{}", without_knee(variant, answer.method.secs as f64 / 60.0)),
+    match (&variant.least, &variant.knee) {
+        (Some(least), _) => format!("{name}{}", of_least(variant, least)),
+        (None, Some(knee)) => format!("{name}{}", of_knee(answer, variant, knee)),
+        (None, None) => {
+            format!("{name}{}", without_knee(variant, answer.method.secs as f64 / 60.0))
+        }
     }
 }
 
@@ -71,7 +76,7 @@ fn too_few_orders(point: &PointAnswer) -> Option<String> {
 }
 
 fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> String {
-    let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from } = knee;
+    let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from, .. } = knee;
     let point = variant.points.iter().find(|point| point.robots == *robots);
     if let Some(reason) = point.and_then(too_few_orders) {
         return format!("not known: {reason}");
@@ -125,6 +130,32 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     )
 }
 
+/// Returns the table of the numbers that a planner uses: up to which each further robot still
+/// brings much of what the first one brings, and which carries the most.
+pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
+    let KneeAnswer { most_of, half, most, .. } = variant.knee.as_ref()?;
+    let least = variant.points.first()?.robots;
+    let mut rows = vec![["robots", "orders an hour", ""].map(str::to_owned).to_vec()];
+    for (robots, part) in [(*most_of, 90), (*half, 50)] {
+        // Below the first number that was tried nothing is known.
+        if robots > least || robots == 1 {
+            let rule = format!(
+                "up to this number, each further robot brings at least {part} % of what the first \
+                 brings"
+            );
+            rows.push(number(variant, robots, rule));
+        }
+    }
+    rows.push(number(variant, *most, "the most of all numbers that were tried".to_owned()));
+    Some(Block::Table(rows))
+}
+
+fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Vec<String> {
+    let point = variant.points.iter().find(|point| point.robots == robots);
+    let orders = point.and_then(|point| point.orders_per_hour);
+    vec![robots.to_string(), orders.map_or_else(String::new, |o| orders_in_words(&o)), rule]
+}
+
 /// Whether more robots than those of the knee carry clearly less.
 fn carries_fewer(point: &PointAnswer, knee: &KneeAnswer) -> bool {
     let orders = point.orders_per_hour.map_or(0.0, |interval| interval.mean);
@@ -176,7 +207,8 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
         caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
-        if variant.unserved > 0 {
+        // Fleets that are too small for the targets were run on purpose.
+        if variant.unserved > 0 && variant.least.is_none() {
             caveats.push(format!(
                 "{name}**Late orders**: {} orders waited for over 20 minutes, or weren't finished \
                  in that time.",

@@ -8,6 +8,8 @@
 //! interval: 0.02                # seeds are added at the knee until the 95 % interval is within ± 2 %
 //! knee: 0.01                    # one more robot brings less than 1 % of what one brings alone
 //! reliefs: 3                    # bottlenecks whose relief is tried
+//! targets: ['p99 service < 6min', 'late < 1%']  # asks for the least number of robots that meets them
+//! orders: day.csv               # a day's orders in place of the load
 //! vary:                         # every combination is a variant; the first values are what the others are compared with
 //!   max_speed: [1.5, 2.0]
 //!   planner: [lanes, pibt]
@@ -21,7 +23,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::Value;
 
-use super::{Axis, PlanError, Precision, Robots};
+use super::{Axis, PlanError, Precision, Robots, Target};
 
 /// A study file. The command line provides the rest.
 #[derive(Clone, Debug, Deserialize)]
@@ -44,6 +46,15 @@ pub struct StudyFile {
     pub knee: Option<f64>,
     /// The number of bottlenecks whose relief is tried.
     pub reliefs: Option<usize>,
+    /// The targets that a fleet must meet.
+    #[serde(default)]
+    pub targets: Vec<Target>,
+    /// A file with a day's orders, relative to the study's folder.
+    pub orders: Option<PathBuf>,
+    /// Orders for each of the file.
+    pub scale: Option<f64>,
+    /// The block of which each seed's day is drawn: a time, or `none` for the day as it is.
+    pub resample: Option<Value>,
     /// Settings and their values. Their order is that of their names.
     #[serde(default)]
     pub vary: BTreeMap<String, Vec<Value>>,
@@ -145,6 +156,7 @@ mod tests {
             ("plant: a\nrobot: 3\n", "robot"),
             ("plant: a\nrobots: 9..1\n", "9..1"),
             ("robots: 1..2\n", "plant"),
+            ("plant: a\ntargets: [p98 service < 3min]\n", "no known figure"),
         ] {
             let error = read(text).expect_err(text);
             assert!(error.contains(reason) && !error.contains('\n'), "{error}");

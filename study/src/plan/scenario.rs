@@ -125,6 +125,12 @@ impl Load {
         self.rest.get("endless").is_some_and(|orders| orders == "robots")
     }
 
+    /// Whether it or one of its generators reads a file of orders.
+    pub fn names_a_file(&self) -> bool {
+        let mut generators = self.generators.iter().flatten();
+        self.rest.contains_key("orders") || generators.any(Self::names_a_file)
+    }
+
     /// Sets the dwell time of all generators.
     pub fn set_dwell(&mut self, dwell: &Value) {
         match &mut self.generators {

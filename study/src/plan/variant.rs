@@ -12,8 +12,8 @@ use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
 use serde::Deserialize;
 use serde_json::Number;
 
-use super::PlanError;
 use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
+use super::{Day, PlanError};
 use crate::job::{IN_TURN, Job, Manager, OPTIONS};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
@@ -48,11 +48,13 @@ pub struct Variant {
     /// The stops of the orders, in words.
     pub load: String,
     /// The scenario without what a job adds: the layout, the robots and the seeds.
-    setup: Setup,
+    pub(super) setup: Setup,
     /// The robot types of the fleet.
     types: Vec<TypeShare>,
     /// Whether the load was made for the layout, and not given.
-    is_load_made_up: bool,
+    pub(super) is_load_made_up: bool,
+    /// The day whose orders are the load.
+    pub(super) day: Option<Arc<Day>>,
 }
 
 /// A robot type and its share of the fleet.
@@ -108,6 +110,7 @@ impl Variant {
             setup,
             types: types(robots),
             is_load_made_up: false,
+            day: None,
         };
         variant.set_roads()?;
         if variant.setup.load.is_none() {
@@ -213,6 +216,7 @@ impl Variant {
             scenario,
             secs: time.secs,
             rate_hz: time.rate_hz,
+            ending: self.ending(),
             manager: self.manager.clone(),
         }
     }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::job::Manager;
+use crate::job::{Ending, Manager};
 
 fn job() -> Job {
     let scenario = serde_json::json!({
@@ -8,7 +8,8 @@ fn job() -> Job {
     });
     let scenario = serde_json::from_value(scenario).expect("a scenario");
     let manager = Manager::BuiltIn(Vec::new());
-    Job { program: "0.1.0".to_owned(), scenario, secs: 600, rate_hz: 10, manager }
+    let (program, ending) = ("0.1.0".to_owned(), Ending::AtTime);
+    Job { program, scenario, secs: 600, rate_hz: 10, ending, manager }
 }
 
 fn outcome(id: &JobId) -> Outcome {
@@ -20,6 +21,7 @@ fn outcome(id: &JobId) -> Outcome {
         examples: BTreeMap::new(),
         stalls: Vec::new(),
         edges: vec![EdgeOutcome { waiting_secs: 2.5, ..EdgeOutcome::new(7) }],
+        ending: Ending::AtTime,
         wall_secs: 1.25,
     }
 }

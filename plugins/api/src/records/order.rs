@@ -50,8 +50,8 @@ pub struct OrderRecord {
     /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's
     /// number of the reason. `Unroutable`: an [`Obstacle`].
     pub detail: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// `Created`: the seconds from now to the order's deadline, or 0 if it has none.
+    pub due_secs: f32,
 }
 
 numbered! {
@@ -128,7 +128,7 @@ impl OrderRecord {
             action: StopAction::None as u32,
             dwell_secs: 0.0,
             detail: 0,
-            reserved: 0,
+            due_secs: 0.0,
         }
     }
 

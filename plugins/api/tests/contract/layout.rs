@@ -93,7 +93,7 @@ fn all_records() -> Map<String, Value> {
         EventHeader { run_id, tick, dropped, sequence }
         EventRecord { token, kind, robot, id, detail }
         OrderHeader { run_id, tick, dropped, sequence }
-        OrderRecord { order, kind, robot, stop, node, action, dwell_secs, detail, reserved }
+        OrderRecord { order, kind, robot, stop, node, action, dwell_secs, detail, due_secs }
         TrafficHeader { run_id, tick, sim_time_nanos, world_revision, sequence, period_secs, edges, has_contacts,
             has_routes }
         EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs, released, planned }

@@ -175,6 +175,15 @@ impl OrderDraft {
     }
 }
 
+impl OrderDraft {
+    /// Takes the name out of an order of a file; one without a name gets that of its line.
+    pub(crate) fn named_by_line(&self, line: usize) -> Result<(Self, OrderName), DraftError> {
+        let mut draft = self.clone();
+        let name = draft.name.take().unwrap_or_else(|| format!("line-{line}"));
+        Ok((draft, OrderName::parse(&name)?))
+    }
+}
+
 impl StopDraft {
     fn check(&self, stop: usize, places: &Places) -> Result<Stop, DraftError> {
         let label = self.location_name.to_string();

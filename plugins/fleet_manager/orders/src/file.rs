@@ -4,10 +4,15 @@
 //! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
 //! must be there, and a stop without action and dwell time may be a name alone.
 //!
-//! CSV has a line of headers, in any case and order: `name,time,priority,earliest,deadline,stops`,
-//! of which only `stops` must be there. The stops are separated by spaces; each is `place`,
-//! `place:action` or `place:action:dwell`, and names with spaces or colons are for YAML. All times
-//! are in seconds of simulated time.
+//! CSV has a line of headers, in any case and order, from which the meanings of columns are guessed
+//! ([`columns`]). Our own files have `name,time,priority,earliest,deadline,stops`, of which only
+//! `stops` must be there, separated by spaces; each is `place`, `place:action` or
+//! `place:action:dwell`; `%20`, `%3A` and `%25` in names are a space, a colon and a per cent sign. Other
+//! files have `from` and `to`. Times are in seconds of simulated time, or as [`clock`] reads them.
+
+pub mod clock;
+pub mod columns;
+pub mod table;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -15,6 +20,9 @@ use std::path::{Path, PathBuf};
 use regatta_base::file;
 use regatta_base::yaml::{self, Node};
 
+pub use table::Table;
+
+use self::table::text_of as decoded;
 use super::draft::{Label, OrderDraft, StopDraft};
 use super::order::{Action, UnknownAction};
 
@@ -64,10 +72,65 @@ pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
 /// # Errors
 /// [`FileError`] if it can't be read or has an error.
 pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
-    let text = text_of(path)?;
-    let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-    let orders = if is_csv { parse_csv(&text) } else { parse_yaml(&text) };
+    let orders = read_table(path)?.into_orders();
     orders.map_err(|error| FileError::Invalid { path: path.to_owned(), error })
+}
+
+/// Reads a file of orders as far as it can be read: its rows with an error are told.
+///
+/// # Errors
+/// [`FileError`] if it can't be read at all.
+pub fn read_table(path: &Path) -> Result<Table, FileError> {
+    let ending = path.extension().unwrap_or_default();
+    let table = if ["csv", "tsv", "txt"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+        let bytes = file::read(path, MAX_BYTES)
+            .map_err(|reason| FileError::Read { path: path.to_owned(), reason })?;
+        Table::parse(&decoded(&bytes))
+    } else {
+        parse_yaml(&text_of(path)?).map(|orders| Table { orders, ..Table::default() })
+    };
+    table.map_err(|error| FileError::Invalid { path: path.to_owned(), error })
+}
+
+/// Returns orders as a text of CSV, which [`parse_csv`] reads.
+pub fn to_csv(orders: &[TimedDraft]) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // Writing to memory never fails.
+    let _ = writer.write_record(HEADERS);
+    for TimedDraft { line, secs, draft } in orders {
+        let secs_or_none =
+            |secs: Option<f64>| secs.map_or_else(String::new, |secs| secs.to_string());
+        let stops: Vec<String> = draft.destinations.iter().map(csv_text).collect();
+        let _ = writer.write_record([
+            draft.name.clone().unwrap_or_else(|| format!("line-{line}")),
+            secs.to_string(),
+            draft.priority.to_string(),
+            secs_or_none(draft.earliest_start),
+            secs_or_none(draft.deadline),
+            stops.join(" "),
+            draft.intended_vehicle.as_ref().map(Label::to_string).unwrap_or_default(),
+        ]);
+    }
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// The characters of names that separate stops and their parts, and how they are written there.
+const ESCAPES: [(char, &str); 3] = [('%', "%25"), (' ', "%20"), (':', "%3A")];
+
+fn csv_text(stop: &StopDraft) -> String {
+    let mut text = stop.location_name.to_string();
+    for (letter, escaped) in ESCAPES {
+        text = text.replace(letter, escaped);
+    }
+    format!("{text}:{}:{}", stop.operation.name(), stop.dwell)
+}
+
+fn unescaped(text: &str) -> String {
+    let mut text = text.to_owned();
+    for (letter, escaped) in ESCAPES.iter().rev() {
+        text = text.replace(escaped, &letter.to_string());
+    }
+    text
 }
 
 /// Parses a YAML text of orders.
@@ -126,87 +189,11 @@ fn yaml_action(value: &Node) -> Result<Action, yaml::Error> {
 /// # Errors
 /// [`yaml::Error`] for the first thing that is wrong.
 pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(csv_error)?.clone();
-    let columns = Columns::of(&headers).map_err(|reason| yaml::Error { line: 1, reason })?;
-    reader.records().map(|record| columns.order(&record.map_err(csv_error)?)).collect()
+    Table::parse(text)?.into_orders()
 }
 
-fn csv_error(error: csv::Error) -> yaml::Error {
-    let line = error.position().map_or(1, |position| position.line() as usize);
-    let reason = match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("{len} columns instead of {expected_len}")
-        }
-        _ => error.to_string(),
-    };
-    yaml::Error { line, reason }
-}
-
-/// The headers of CSV files.
+/// The headers of our own CSV files.
 const HEADERS: [&str; 7] = ["name", "time", "priority", "earliest", "deadline", "stops", "robot"];
-
-/// The index of the column of each of [`HEADERS`].
-struct Columns([Option<usize>; HEADERS.len()]);
-
-impl Columns {
-    fn of(headers: &csv::StringRecord) -> Result<Self, String> {
-        let mut columns = [None; HEADERS.len()];
-        for (index, header) in headers.iter().enumerate() {
-            let known = HEADERS.iter().position(|known| header.eq_ignore_ascii_case(known));
-            let known = known.ok_or_else(|| {
-                format!("unknown column `{header}`; there are {}", HEADERS.join(","))
-            })?;
-            if columns[known].replace(index).is_some() {
-                return Err(format!("the column `{header}` is there twice"));
-            }
-        }
-        columns[5].ok_or("the column `stops` is missing")?;
-        Ok(Self(columns))
-    }
-
-    fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, yaml::Error> {
-        let line = record.position().map_or(1, |position| position.line() as usize);
-        let draft = self.draft(record).map_err(|reason| yaml::Error { line, reason })?;
-        let secs = self.secs(record, 1).map_err(|reason| yaml::Error { line, reason })?;
-        Ok(TimedDraft { line, secs: secs.unwrap_or(0.0), draft })
-    }
-
-    fn draft(&self, record: &csv::StringRecord) -> Result<OrderDraft, String> {
-        let stops = self.cell(record, 5).unwrap_or("").split_whitespace().map(csv_stop);
-        let destinations = stops.collect::<Result<_, _>>()?;
-        let priority = match self.cell(record, 2) {
-            Some(text) => {
-                text.parse().map_err(|_| format!("`{text}` isn't a priority from 0 to 255"))?
-            }
-            None => 0,
-        };
-        Ok(OrderDraft {
-            name: self.cell(record, 0).map(str::to_owned),
-            destinations,
-            priority,
-            earliest_start: self.secs(record, 3)?,
-            deadline: self.secs(record, 4)?,
-            intended_vehicle: self.cell(record, 6).map(|text| Label::Name(text.to_owned())),
-        })
-    }
-
-    fn cell<'record>(
-        &self,
-        record: &'record csv::StringRecord,
-        header: usize,
-    ) -> Option<&'record str> {
-        record.get(self.0[header]?).filter(|cell| !cell.is_empty())
-    }
-
-    fn secs(&self, record: &csv::StringRecord, header: usize) -> Result<Option<f64>, String> {
-        self.cell(record, header).map(|text| parse_secs(HEADERS[header], text)).transpose()
-    }
-}
 
 fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
     let secs = text.parse().ok().filter(|secs: &f64| secs.is_finite() && *secs >= 0.0);
@@ -215,7 +202,7 @@ fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
 
 fn csv_stop(text: &str) -> Result<StopDraft, String> {
     let mut parts = text.splitn(3, ':');
-    let location_name = Label::Name(parts.next().unwrap_or("").to_owned());
+    let location_name = Label::Name(unescaped(parts.next().unwrap_or("")));
     let operation = parts.next().map_or(Ok(Action::None), |text| {
         text.parse().map_err(|error: UnknownAction| error.to_string())
     })?;
@@ -240,6 +227,16 @@ mod tests {
     }
 
     #[test]
+    fn orders_are_the_same_after_csv() {
+        let yaml = "- {name: 'a,b', time: 2.5, priority: 3, earliest: 3, deadline: 60, robot: 4, \
+                    stops: [{at: 'Dock 1: 100%', action: pick, dwell: 5}, B]}\n- stops: [7]\n";
+        let orders = parse_yaml(yaml).expect("orders");
+        let again = parse_csv(&to_csv(&orders)).expect("orders");
+        assert_eq!((&again[0].draft, again[0].secs), (&orders[0].draft, 2.5));
+        assert_eq!(again[1].draft.name.as_deref(), Some("line-2"));
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, message) in [
             ("- stops: [A]\n- {stops: [A], prio: 1}", "line 2: unknown field `prio`"),
@@ -253,12 +250,12 @@ mod tests {
             assert!(error.contains(message), "{text}: {error}");
         }
         for (text, message) in [
-            ("name\nx\n", "line 1: the column `stops` is missing"),
-            ("stops,when\nA,1\n", "unknown column `when`"),
-            ("stops,time\nA,1\nA,x\n", "line 3: `x` isn't a number of seconds for `time`"),
+            ("name\nx\n", "line 1: no column has the stops"),
+            ("stops,time\nA,1\nA,x\n", "line 3: column time: `x` isn't a time"),
+            ("stops\nA:none:x\n", "line 2: `x` isn't a number of seconds for `dwell`"),
             ("stops,time\nA\n", "line 2: 1 columns instead of 2"),
             ("stops\nA:lift\n", "unknown action `lift`"),
-            ("stops,Stops\nA,A\n", "twice"),
+            ("stops,Stops\nA,A\n", "the columns `stops` and `Stops` may both be the stops"),
             ("stops,priority\nA,300\n", "`300` isn't a priority"),
         ] {
             let error = parse_csv(text).expect_err(text).to_string();

@@ -78,6 +78,7 @@ pub mod store;
     allow(dead_code, reason = "some messages are those of the store and the web API alone")
 )]
 mod threads;
+mod timetable;
 #[cfg(feature = "http")]
 mod view;
 #[cfg(feature = "http")]
@@ -93,7 +94,7 @@ pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
 pub use client::{Client, ClientError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};
-pub use file::{FileError, TimedDraft, read_orders};
+pub use file::{FileError, Table, TimedDraft, read_orders, read_table, to_csv};
 pub use load::Load;
 pub use open::{OrderSettings, PoolError};
 pub use order::{
@@ -106,4 +107,5 @@ pub use pool::{Assignments, Next, OrderPool};
 pub use regatta_kit::private::{TokenError, read_token};
 pub use store::StoreError;
 pub use threads::{Vehicle, WithdrawError};
+pub use timetable::check_orders;
 pub use web::WebError;

@@ -23,6 +23,8 @@
 //!       to: north
 //! ```
 //!
+//! A generator may also be a file of orders ([`timetable`](super::timetable)).
+//!
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
 //! have further keys beside `load`: it may be a scenario.
 
@@ -34,6 +36,7 @@ use regatta_plugin::world::Role;
 
 use super::file::{FileError, text_of};
 use super::places::{PlaceError, Places};
+use super::timetable::Timetable;
 
 /// A valid description of a load.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +45,8 @@ pub struct Load {
     pub seed: u64,
     /// The generators.
     pub(super) generators: Vec<GeneratorSettings>,
+    /// The timetables.
+    pub(super) timetables: Vec<Timetable>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -88,8 +93,22 @@ pub(super) struct Shift {
 /// The largest rate, in orders an hour.
 const MAX_PER_HOUR: f64 = 1e8;
 const LOAD_FIELDS: [&str; 3] = ["seed", "groups", "generators"];
-const GENERATOR_FIELDS: [&str; 10] = [
-    "name", "from", "to", "per_hour", "shifts", "priority", "dwell", "deadline", "endless", "among",
+const GENERATOR_FIELDS: [&str; 15] = [
+    "name",
+    "from",
+    "to",
+    "per_hour",
+    "shifts",
+    "priority",
+    "dwell",
+    "deadline",
+    "endless",
+    "among",
+    "orders",
+    "timetable",
+    "scale",
+    "shift",
+    "resample",
 ];
 
 impl Load {
@@ -98,43 +117,53 @@ impl Load {
     /// # Errors
     /// [`FileError`] if it can't be read or has an error.
     pub fn read(path: &Path, places: &Places) -> Result<Self, FileError> {
-        Self::parse(&text_of(path)?, places)
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse_in(Some(folder), &text_of(path)?, places)
             .map_err(|error| FileError::Invalid { path: path.to_owned(), error })
     }
 
-    /// Parses the load of a text.
+    /// Parses the load of a text, which can't name files.
     ///
     /// # Errors
     /// [`yaml::Error`] for the first thing that is wrong.
     pub fn parse(text: &str, places: &Places) -> Result<Self, yaml::Error> {
+        Self::parse_in(None, text, places)
+    }
+
+    fn parse_in(folder: Option<&Path>, text: &str, places: &Places) -> Result<Self, yaml::Error> {
         let document = yaml::parse(text)?;
         let fields = document.all_fields()?;
-        load(fields.get("load").unwrap_or(&document), places)
+        load(fields.get("load").unwrap_or(&document), folder, places)
     }
 }
 
-fn load(load: &Node, places: &Places) -> Result<Load, yaml::Error> {
+fn load(load: &Node, folder: Option<&Path>, places: &Places) -> Result<Load, yaml::Error> {
     let all: Vec<_> = LOAD_FIELDS.into_iter().chain(GENERATOR_FIELDS).collect();
     let fields = load.fields(&all)?;
     let groups = Groups::read(fields.get("groups"), places)?;
     let seed = fields.optional("seed", |value| value.integer(i64::MAX as u64))?.unwrap_or(0);
-    let generators = match fields.get("generators") {
-        None => vec![generator(load, &fields, 1, &groups)?],
+    let mut entries = Vec::new();
+    match fields.get("generators") {
+        None => entries.push((load, fields)),
         Some(list) => {
             load.fields(&LOAD_FIELDS)?;
-            let mut generators = Vec::new();
-            for (value, number) in list.list()?.iter().zip(1..) {
-                let fields = value.fields(&GENERATOR_FIELDS)?;
-                generators.push(generator(value, &fields, number, &groups)?);
+            for value in list.list()? {
+                entries.push((value, value.fields(&GENERATOR_FIELDS)?));
             }
-            generators
         }
-    };
+    }
+    let (mut generators, mut timetables) = (Vec::new(), Vec::new());
+    for ((value, fields), number) in entries.iter().zip(1..) {
+        match Timetable::read(value, fields, folder, places)? {
+            Some(timetable) => timetables.push(timetable),
+            None => generators.push(generator(value, fields, number, &groups)?),
+        }
+    }
     let mut names: Vec<_> = generators.iter().map(|generator| &generator.name).collect();
     names.sort();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
         Some(pair) => Err(load.error(format!("two generators have the name `{}`", pair[0]))),
-        None => Ok(Load { seed, generators }),
+        None => Ok(Load { seed, generators, timetables }),
     }
 }
 
@@ -228,7 +257,7 @@ fn profile(value: &Node) -> Result<Vec<Shift>, yaml::Error> {
     if shifts.is_empty() { Err(value.error("there are no shifts")) } else { Ok(shifts) }
 }
 
-fn dwell(value: &Node) -> Result<DwellSecs, yaml::Error> {
+pub(super) fn dwell(value: &Node) -> Result<DwellSecs, yaml::Error> {
     if !value.is_map() {
         return value.non_negative().map(|secs| DwellSecs { min: secs, max: secs });
     }

@@ -39,6 +39,17 @@ pub enum Action {
 }
 
 impl Action {
+    /// The name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Pick => "pick",
+            Self::Drop => "drop",
+            Self::Charge => "charge",
+            Self::Park => "park",
+        }
+    }
+
     /// The names from which actions are parsed.
     #[cfg(feature = "http")]
     pub(crate) const NAMES: [&str; 9] =
@@ -273,8 +284,15 @@ impl State {
     reason = "the fields are the same in all variants: a robot's id, a stop's index, the reason"
 )]
 pub enum Change {
-    /// It came into the pool. Its stops follow, as many events [`Stop`](Self::Stop).
-    Created { priority: u8, stops: u32 },
+    /// It came into the pool, with these seconds to its deadline. Its stops follow, as many events
+    /// [`Stop`](Self::Stop).
+    Created {
+        priority: u8,
+        stops: u32,
+        /// The history of an order is shown beside its deadline.
+        #[serde(skip)]
+        due_secs: Option<f64>,
+    },
     /// One of its stops; `node` is an index in the world's nodes. It isn't part of an order's
     /// history.
     Stop { stop: u32, node: u32, action: Action, dwell_secs: f64 },

@@ -154,7 +154,10 @@ fn events_and_commands_are_decoded_as_they_were_encoded() {
 fn orders_are_decoded_as_they_were_encoded() {
     let stop =
         OrderRecord::new(u64::MAX, OrderKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
-    let records = [OrderRecord { dwell_secs: 2.5, detail: 3, ..stop }, OrderRecord::default()];
+    let records = [
+        OrderRecord { dwell_secs: 2.5, detail: 3, due_secs: 60.0, ..stop },
+        OrderRecord::default(),
+    ];
     let header = OrderHeader { run_id: 1, tick: 42, dropped: 5, sequence: 3 };
     let message = encode::orders(&Orders { header: &header, records: &records, missed: 6 });
     assert_eq!(decode::orders(&message).unwrap(), (header, records.to_vec(), 6));

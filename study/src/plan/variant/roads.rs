@@ -25,16 +25,19 @@ impl Variant {
     /// # Errors
     /// [`PlanError::NoWayBack`] if robots can't come back anywhere, or as
     /// [`keep_load`](Self::keep_load).
-    pub(super) fn set_roads(&mut self) -> Result<(), PlanError> {
-        let named = self.setup.load.as_ref().map(named_labels).unwrap_or_default();
+    pub(in crate::plan) fn set_roads(&mut self) -> Result<(), PlanError> {
+        let mut named = self.setup.load.as_ref().map(named_labels).unwrap_or_default();
+        named.extend(self.day.iter().flat_map(|day| day.stops.iter().cloned()));
         let wanted = nodes_of(&self.whole, &named);
         let Some(main) = MainPart::around(&self.whole, &wanted) else {
             return Err(PlanError::NoWayBack { file: self.file.clone() });
         };
-        let labels = labels(&self.whole).difference(&labels(&main.graph)).cloned().collect();
+        let labels: BTreeSet<String> =
+            labels(&self.whole).difference(&labels(&main.graph)).cloned().collect();
         self.left_out = main.left_out.iter().map(ToString::to_string).collect();
         self.left_out.extend_from_slice(&self.unread);
         self.graph = Arc::new(main.graph);
+        self.keep_day(&labels)?;
         self.keep_load(&labels)
     }
 
@@ -55,6 +58,19 @@ impl Variant {
                 Ok(())
             }
             Err(error) => Err(PlanError::Change { file: self.file.clone(), error }),
+        }
+    }
+
+    /// Checks that no stop of the day is left out, by their names and ids.
+    fn keep_day(&self, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
+        let Some(day) = &self.day else { return Ok(()) };
+        match day.stops.intersection(left_out).next() {
+            Some(stop) => Err(PlanError::CutOffStop {
+                day: day.file.clone(),
+                stop: stop.clone(),
+                file: self.file.clone(),
+            }),
+            None => Ok(()),
         }
     }
 

@@ -130,6 +130,7 @@ impl Variant {
                 ),
             )
         })?);
+        self.day = None;
         (self.is_load_made_up, self.load) = (false, "that of the setting `load`".to_owned());
         self.other_stops = None;
         self.set_roads()

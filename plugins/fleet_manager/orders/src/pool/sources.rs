@@ -5,11 +5,10 @@ use std::collections::BTreeSet;
 use regatta_base::yaml;
 
 use super::{Change, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
-use crate::draft::DraftError;
 use crate::file::TimedDraft;
 use crate::generator::Generator;
 use crate::load::Load;
-use crate::order::OrderName;
+use crate::timetable::check_orders;
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
 const MOST_LOST: usize = 10;
@@ -57,30 +56,17 @@ impl OrderPool {
         orders: &[TimedDraft],
         known: &Known,
     ) -> Result<(), yaml::Error> {
-        let mut names = BTreeSet::new();
-        for TimedDraft { line, secs, draft } in orders {
-            let order = self
-                .file_order(*line, draft)
-                .map_err(|error| yaml::Error { line: *line, reason: error.to_string() })?;
-            if !names.insert(order.name.clone()) {
-                let reason = format!("there are two orders `{}`", order.name);
-                return Err(yaml::Error { line: *line, reason });
-            }
-            if !known.names.contains(order.name.as_str()) {
-                self.timetable.push((*secs, order));
-            }
-        }
-        // Stable: orders of the same time stay in the order of the file.
-        self.timetable.sort_by(|a, b| a.0.total_cmp(&b.0));
-        self.timetable.reverse();
+        self.schedule(check_orders(orders, &self.places)?, known);
         Ok(())
     }
 
-    fn file_order(&self, line: usize, draft: &crate::OrderDraft) -> Result<NewOrder, DraftError> {
-        let mut draft = draft.clone();
-        let name = draft.name.take().unwrap_or_else(|| format!("line-{line}"));
-        let name = OrderName::parse(&name)?;
-        draft.check(&self.places, || name)
+    /// Adds orders with their times, except those that the store knows.
+    fn schedule(&mut self, mut orders: Vec<(f64, NewOrder)>, known: &Known) {
+        orders.retain(|(_, order)| !known.names.contains(order.name.as_str()));
+        self.timetable.extend(orders);
+        // Stable: orders of the same time stay in the order of the file.
+        self.timetable.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.timetable.reverse();
     }
 
     /// Adds the generators of a load.
@@ -96,6 +82,9 @@ impl OrderPool {
             let made = numbers.max().unwrap_or(0);
             generator.skip(made);
             self.sources.push(Source { generator, open: 0, unroutable: 0 });
+        }
+        for timetable in &load.timetables {
+            self.schedule(timetable.orders(load.seed), known);
         }
     }
 
@@ -188,8 +177,11 @@ impl OrderPool {
         }
         let id = OrderId(self.next_id);
         self.next_id += 1;
-        let created =
-            Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
+        let created = Change::Created {
+            priority: content.priority,
+            stops: content.stops.len() as u32,
+            due_secs: content.deadline_secs.map(|deadline| deadline - now_secs),
+        };
         let stops = content.stops.clone();
         self.admit(Order::new(id, content, created_secs), now_secs);
         self.note(id, created_secs, created);
@@ -250,7 +242,8 @@ impl OrderPool {
         let robot = order.state.robot();
         if order.history.is_empty() {
             let stops = order.content.stops.len() as u32;
-            let change = Change::Created { priority: order.content.priority, stops };
+            let priority = order.content.priority;
+            let change = Change::Created { priority, stops, due_secs: None };
             order.history.push(HistoryEntry { secs: order.created_secs, change });
         }
         order.handled_stops = 0;

@@ -1,0 +1,343 @@
+//! Tables of orders: CSV as people and warehouses write it.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use csv::StringRecord;
+use encoding_rs::{Encoding, WINDOWS_1252};
+use regatta_base::yaml;
+
+use super::clock::{self, FileTime};
+use super::columns::{Columns, Meaning};
+use super::{TimedDraft, csv_stop};
+use crate::draft::{Label, OrderDraft, StopDraft};
+use crate::order::Action;
+
+/// The separators of columns.
+const SEPARATORS: [u8; 4] = *b",;\t|";
+/// Times of day and dates begin at a full hour.
+const HOUR_SECS: f64 = 3600.0;
+
+/// A table of orders as far as it can be read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// The orders of the rows without a problem.
+    pub orders: Vec<TimedDraft>,
+    /// The columns.
+    pub columns: Columns,
+    /// The rows that can't be read, in their order.
+    pub problems: Vec<yaml::Error>,
+    /// The time at which simulated time begins, if the file has dates or times of day: seconds
+    /// since midnight or since 1970.
+    pub begin: Option<FileTime>,
+}
+
+/// A row whose times aren't seconds of simulated time yet.
+struct Row {
+    line: usize,
+    draft: OrderDraft,
+    time: Option<FileTime>,
+    earliest: Option<FileTime>,
+    deadline: Option<FileTime>,
+}
+
+/// Returns the text of a file: UTF-8, UTF-16 with a byte order mark, or else Windows-1252.
+pub fn text_of(bytes: &[u8]) -> Cow<'_, str> {
+    match (Encoding::for_bom(bytes), std::str::from_utf8(bytes)) {
+        (None, Ok(text)) => Cow::Borrowed(text),
+        (Some((encoding, _)), _) => encoding.decode(bytes).0,
+        (None, Err(_)) => WINDOWS_1252.decode(bytes).0,
+    }
+}
+
+impl Table {
+    /// Reads a text of CSV.
+    ///
+    /// # Errors
+    /// [`yaml::Error`] if the header is missing or can't be understood.
+    pub fn parse(text: &str) -> Result<Self, yaml::Error> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .delimiter(separator(text))
+            .flexible(true)
+            .from_reader(text.as_bytes());
+        let header = reader.headers().map_err(csv_error)?;
+        let columns = Columns::of(header).map_err(|reason| yaml::Error { line: 1, reason })?;
+        let (mut rows, mut table) = (Vec::new(), Self { columns, ..Self::default() });
+        for record in reader.records() {
+            let row = record.map_err(csv_error).and_then(|record| table.row(&record));
+            match row {
+                Ok(row) => rows.extend(row),
+                Err(problem) => table.problems.push(problem),
+            }
+        }
+        table.set_times(rows);
+        table.find_repeated_names();
+        table.problems.sort_by_key(|problem| problem.line);
+        Ok(table)
+    }
+
+    /// Returns all orders.
+    ///
+    /// # Errors
+    /// The first problem.
+    pub fn into_orders(self) -> Result<Vec<TimedDraft>, yaml::Error> {
+        match self.problems.into_iter().next() {
+            Some(problem) => Err(problem),
+            None => Ok(self.orders),
+        }
+    }
+
+    /// Reads a row; `None` if all of its cells are empty.
+    fn row(&self, record: &StringRecord) -> Result<Option<Row>, yaml::Error> {
+        let line = record.position().map_or(1, |position| position.line() as usize);
+        if record.iter().all(str::is_empty) {
+            return Ok(None);
+        }
+        let row = self.read_row(line, record);
+        row.map(Some).map_err(|reason| yaml::Error { line, reason })
+    }
+
+    fn read_row(&self, line: usize, record: &StringRecord) -> Result<Row, String> {
+        let (columns, expected) = (record.len(), self.columns.len());
+        if columns != expected {
+            return Err(format!("{columns} columns instead of {expected}"));
+        }
+        let priority = match self.columns.cell(record, Meaning::Priority) {
+            Some(text) => {
+                text.parse().map_err(|_| format!("`{text}` isn't a priority from 0 to 255"))?
+            }
+            None => 0,
+        };
+        let robot = self.columns.cell(record, Meaning::Robot);
+        let draft = OrderDraft {
+            name: self.columns.cell(record, Meaning::Name).map(str::to_owned),
+            destinations: self.stops(record)?,
+            priority,
+            intended_vehicle: robot.map(|text| Label::Name(text.to_owned())),
+            ..OrderDraft::default()
+        };
+        Ok(Row {
+            line,
+            draft,
+            time: self.time(record)?,
+            earliest: self.time_in(record, Meaning::Earliest)?,
+            deadline: self.time_in(record, Meaning::Deadline)?,
+        })
+    }
+
+    fn stops(&self, record: &StringRecord) -> Result<Vec<StopDraft>, String> {
+        if let Some(stops) = self.columns.cell(record, Meaning::Stops) {
+            return stops.split_whitespace().map(csv_stop).collect();
+        }
+        let ends = [(Meaning::From, Action::Pick), (Meaning::To, Action::Drop)];
+        let stops = ends.map(|(meaning, operation)| match self.columns.cell(record, meaning) {
+            Some(name) => {
+                let location_name = Label::Name(name.to_owned());
+                Ok(StopDraft { location_name, operation, dwell: 0.0 })
+            }
+            None => Err(format!("the station `{}` is missing", meaning.name())),
+        });
+        stops.into_iter().collect()
+    }
+
+    /// Returns the time of creation, of which the date may have a column of its own.
+    fn time(&self, record: &StringRecord) -> Result<Option<FileTime>, String> {
+        let [date, time] =
+            [Meaning::Date, Meaning::Time].map(|meaning| self.columns.cell(record, meaning));
+        match (date, time) {
+            (Some(date), Some(time)) => time_of(Meaning::Time, &format!("{date} {time}")).map(Some),
+            (date, time) => time.or(date).map(|text| time_of(Meaning::Time, text)).transpose(),
+        }
+    }
+
+    fn time_in(&self, record: &StringRecord, meaning: Meaning) -> Result<Option<FileTime>, String> {
+        self.columns.cell(record, meaning).map(|text| time_of(meaning, text)).transpose()
+    }
+
+    /// Turns the times of rows into seconds of simulated time, which begins at the full hour before
+    /// the first time of day or date.
+    fn set_times(&mut self, rows: Vec<Row>) {
+        let first = rows.iter().find_map(|row| Some((row.line, row.time?)));
+        let earliest = rows.iter().filter_map(|row| row.time).map(FileTime::secs);
+        let begin_secs = match first {
+            None | Some((_, FileTime::Secs(_))) => 0.0,
+            Some(_) => (earliest.fold(f64::INFINITY, f64::min) / HOUR_SECS).floor() * HOUR_SECS,
+        };
+        self.begin = match first {
+            Some((_, FileTime::Clock(_))) => Some(FileTime::Clock(begin_secs)),
+            Some((_, FileTime::Local(_))) => Some(FileTime::Local(begin_secs)),
+            Some((_, FileTime::Instant(_))) => Some(FileTime::Instant(begin_secs)),
+            _ => None,
+        };
+        let form = Form { first, begin_secs };
+        for row in rows {
+            let line = row.line;
+            match form.timed(row) {
+                Ok(order) => self.orders.push(order),
+                Err(reason) => self.problems.push(yaml::Error { line, reason }),
+            }
+        }
+    }
+
+    /// Finds orders with the name of one before: they are problems.
+    fn find_repeated_names(&mut self) {
+        let mut lines: BTreeMap<String, usize> = BTreeMap::new();
+        for TimedDraft { line, draft, .. } in &self.orders {
+            let Some(name) = &draft.name else { continue };
+            match lines.get(name) {
+                Some(first) => {
+                    let name = name.escape_debug();
+                    let reason = format!(
+                        "there are two orders `{name}`, the first in line {first}: give each a \
+                         name of its own"
+                    );
+                    self.problems.push(yaml::Error { line: *line, reason });
+                }
+                None => drop(lines.insert(name.clone(), *line)),
+            }
+        }
+    }
+}
+
+/// The line and the form of the first time of a file, and the begin of simulated time.
+#[derive(Clone, Copy)]
+struct Form {
+    first: Option<(usize, FileTime)>,
+    begin_secs: f64,
+}
+
+impl Form {
+    /// Returns the simulated time of a cell, if it has the form of the first one.
+    fn secs_of(self, meaning: Meaning, time: Option<FileTime>) -> Result<Option<f64>, String> {
+        let Some(time) = time else { return Ok(None) };
+        match self.first {
+            Some((line, first)) if first.kind() != time.kind() => Err(format!(
+                "`{}` is {}, and the time in line {line} is {}: write all in one form",
+                meaning.name(),
+                time.kind(),
+                first.kind()
+            )),
+            _ => Ok(Some(time.secs() - self.begin_secs)),
+        }
+    }
+
+    /// Returns the order of a row.
+    fn timed(self, row: Row) -> Result<TimedDraft, String> {
+        let secs = self.secs_of(Meaning::Time, row.time)?;
+        match (secs, self.first) {
+            // Orders without a time come at the beginning, where times are those of the simulation.
+            (Some(_), _) | (None, None | Some((_, FileTime::Secs(_)))) => {}
+            (None, Some((line, _))) => {
+                return Err(format!("the time is missing, which line {line} has"));
+            }
+        }
+        let secs = secs.unwrap_or(0.0);
+        let earliest = self.secs_of(Meaning::Earliest, row.earliest)?;
+        let deadline = self.secs_of(Meaning::Deadline, row.deadline)?;
+        if deadline.is_some_and(|deadline| deadline < secs) {
+            return Err("the deadline is before the time of creation".to_owned());
+        }
+        let earliest_start = earliest.map(|secs| secs.max(0.0));
+        let draft = OrderDraft { earliest_start, deadline, ..row.draft };
+        Ok(TimedDraft { line: row.line, secs, draft })
+    }
+}
+
+fn time_of(meaning: Meaning, text: &str) -> Result<FileTime, String> {
+    clock::parse(text)
+        .map_err(|error| format!("column {}: `{}` {error}", meaning.name(), text.escape_debug()))
+}
+
+/// Returns the separator of columns: that which the header has most often.
+fn separator(text: &str) -> u8 {
+    let header = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let header = header.unwrap_or_default().as_bytes();
+    // The comma is the last of equals.
+    let counted = SEPARATORS
+        .into_iter()
+        .rev()
+        .max_by_key(|separator| header.iter().filter(|byte| *byte == separator).count());
+    counted.unwrap_or(b',')
+}
+
+fn csv_error(error: csv::Error) -> yaml::Error {
+    let line = error.position().map_or(1, |position| position.line() as usize);
+    yaml::Error { line, reason: error.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Table {
+        Table::parse(text).expect(text)
+    }
+
+    fn rows(table: &Table) -> Vec<(f64, Option<f64>, [String; 2])> {
+        let orders = table.orders.iter();
+        let stops = |draft: &OrderDraft| {
+            [0, 1].map(|stop| draft.destinations[stop].location_name.to_string())
+        };
+        orders.map(|order| (order.secs, order.draft.deadline, stops(&order.draft))).collect()
+    }
+
+    #[test]
+    fn exports_of_warehouses_are_read() {
+        let expected = vec![
+            (900.0, Some(2700.0), ["Goods in 1".to_owned(), "Lager Süd".to_owned()]),
+            (4500.5, None, ["B".to_owned(), "C".to_owned()]),
+        ];
+        for text in [
+            "id,from,to,time,due\n1,Goods in 1,Lager Süd,900,2700\n2,B,C,4500.5,\n",
+            "\u{feff}Nr;Auftrag;Von;Nach;Zeit;Fällig\n7;1;Goods in 1;Lager Süd;900;2700\n8;2;B;C;4500,5;\n;;;;;\n",
+            "order\tsource\tdestination\trelease\tdeadline\n1\tGoods in 1\tLager Süd\t06:15\t06:45\n\
+             2\tB\tC\t07:15:00.5\t\n",
+            "Quelle;Ziel;Datum;Uhrzeit;Termin\nGoods in 1;Lager Süd;26.11.2026;06:15;26.11.26 06:45\n\
+             B;C;26.11.2026;07:15:00,5;\n",
+            "from|to|created|due\nGoods in 1|Lager Süd|2026-11-26T06:15:00+01:00|2026-11-26T05:45:00Z\n\
+             B|C|2026-11-26T07:15:00.5+01:00|\n",
+        ] {
+            let table = table(text);
+            assert_eq!((rows(&table), &table.problems), (expected.clone(), &Vec::new()), "{text}");
+        }
+    }
+
+    #[test]
+    fn windows_and_utf_16_are_decoded() {
+        let text = "Quelle;Ziel\nSüd – 1;Öl €\n";
+        let (windows, ..) = WINDOWS_1252.encode(text);
+        assert_eq!(text_of(&windows), text);
+        let utf_16: Vec<u8> =
+            [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+        assert_eq!(text_of(&utf_16), text);
+        assert_eq!(text_of(text.as_bytes()), text);
+    }
+
+    #[test]
+    fn each_bad_row_is_a_line_and_the_others_are_read() {
+        let table = table(
+            "id,from,to,time,due,prio\n1,A,B,08:00,09:00,\n2,A,B,25:00,,\n3,A,,08:10,,\n\
+             4,A,B,08:20,08:10,\n1,A,B,08:30,,\n5,A,B,2026-11-26 09:00,,\n6,A,B,,,\n\
+             7,A,B,08:40,600,\n8,A,B,08:50,,300\n9,A,B\n",
+        );
+        let problems: Vec<String> = table.problems.iter().map(ToString::to_string).collect();
+        let expected = [
+            "line 3: column time: `25:00` has an hour",
+            "line 4: the station `to` is missing",
+            "line 5: the deadline is before",
+            "line 6: there are two orders `1`, the first in line 2",
+            "line 7: `time` is a date without a zone, and the time in line 2 is a time of day",
+            "line 8: the time is missing, which line 2 has",
+            "line 9: `deadline` is seconds, and the time in line 2 is a time of day",
+            "line 10: `300` isn't a priority",
+            "line 11: 3 columns instead of 6",
+        ];
+        assert_eq!(problems.len(), expected.len(), "{problems:#?}");
+        for (problem, expected) in problems.iter().zip(expected) {
+            assert!(problem.contains(expected), "{problem}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The options of commands that replay the orders of a day.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::Args;
+use regatta_layout::RouteGraph;
+use regatta_orders::{Places, TimedDraft, check_orders, read_orders, to_csv};
+use regatta_study::plan::Day;
+use serde_json::json;
+
+use crate::arguments::Time;
+use crate::failure::Failure;
+
+/// The block of which days of a study are drawn, unless another one is given, in seconds.
+const BLOCK_SECS: f64 = 1800.0;
+
+/// The orders of a day.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Orders of a day")]
+pub struct DayArgs {
+    /// File with orders and their times (CSV or YAML), in place of the load
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub orders: Option<PathBuf>,
+    /// Orders for each order of the file, such as 1.2
+    #[arg(long, value_name = "FACTOR")]
+    pub scale: Option<f64>,
+    /// Time by which all orders come later
+    #[arg(long, value_name = "TIME")]
+    pub shift: Option<Time>,
+    /// Draw the day of each seed from blocks of this time; `none` for the day as it is [default:
+    /// none, in a study 30min]
+    #[arg(long, value_name = "TIME")]
+    pub resample: Option<Resample>,
+}
+
+/// The way to the day of a seed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Resample {
+    /// Each seed has the day as it is.
+    None,
+    /// Each seed has a day that is drawn from blocks of this time.
+    Blocks(Time),
+}
+
+impl FromStr for Resample {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "none" => Ok(Self::None),
+            _ => text.parse().map(Self::Blocks).map_err(|error| format!("{error}; or none")),
+        }
+    }
+}
+
+impl Resample {
+    fn secs(self) -> Option<f64> {
+        match self {
+            Self::None => None,
+            Self::Blocks(time) => Some(time.0.as_secs_f64()),
+        }
+    }
+}
+
+impl DayArgs {
+    fn shift_secs(&self) -> f64 {
+        self.shift.map_or(0.0, |time| time.0.as_secs_f64())
+    }
+
+    /// Returns the day as a load that the fleet manager reads; `None` if there is no file.
+    ///
+    /// # Errors
+    /// If the path of the file can't be made absolute, or an option needs the file.
+    pub fn load(&self) -> Result<Option<String>, Failure> {
+        let Some(path) = &self.orders else { return self.without_orders() };
+        let mut load = json!({ "orders": std::path::absolute(path)?, "shift": self.shift_secs() });
+        if let Some(scale) = self.scale {
+            load["scale"] = scale.into();
+        }
+        if let Some(secs) = self.resample.and_then(Resample::secs) {
+            load["resample"] = secs.into();
+        }
+        Ok(Some(json!({ "load": load }).to_string()))
+    }
+
+    fn without_orders<T>(&self) -> Result<Option<T>, Failure> {
+        if self.scale.is_some() || self.shift.is_some() || self.resample.is_some() {
+            return Err("--scale, --shift and --resample are for a day: give its --orders".into());
+        }
+        Ok(None)
+    }
+
+    /// Reads the day for a study; `None` if there is no file.
+    ///
+    /// # Errors
+    /// If the file can't be read or is wrong, or an option needs the file.
+    pub fn day(&self) -> Result<Option<Day>, Failure> {
+        let Some(path) = &self.orders else { return self.without_orders() };
+        let orders = read_orders(path)?;
+        let Some(last_secs) = orders.iter().map(|order| order.secs).reduce(f64::max) else {
+            return Err(format!("{}: there are no orders in it", path.display()).into());
+        };
+        let block_secs = self.resample.map_or(Some(BLOCK_SECS), Resample::secs);
+        Ok(Some(Day {
+            file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            timetable: to_csv(&orders),
+            stops: stops(&orders),
+            orders: orders.len(),
+            last_secs,
+            scale: self.scale.unwrap_or(1.0),
+            shift_secs: self.shift_secs(),
+            block_secs,
+        }))
+    }
+
+    /// Checks that a layout has the stations of the file.
+    ///
+    /// # Errors
+    /// If it hasn't, or the file is wrong.
+    pub fn check(&self, graph: &RouteGraph) -> Result<(), Failure> {
+        let Some(path) = &self.orders else { return Ok(()) };
+        let checked = check_orders(&read_orders(path)?, &places(graph));
+        checked.map(drop).map_err(|error| of_file(path, &error.to_string()))
+    }
+}
+
+fn of_file(path: &Path, reason: &str) -> Failure {
+    let path = path.display();
+    format!("{path}, {reason}; `regatta orders check {path} --plant PLANT` shows all such rows")
+        .into()
+}
+
+/// Returns the names of all stops.
+fn stops(orders: &[TimedDraft]) -> BTreeSet<String> {
+    let stops = orders.iter().flat_map(|order| &order.draft.destinations);
+    stops.map(|stop| stop.location_name.to_string()).collect()
+}
+
+/// Returns the places of a layout that orders may name, as a fleet manager knows them.
+pub fn places(graph: &RouteGraph) -> Places {
+    Places::of(&regatta_engine::engine::world(graph).view(0, 0))
+}

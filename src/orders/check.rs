@@ -1,0 +1,186 @@
+//! `regatta orders check`: the rows of a file of orders that can't be used, its rates and its flows.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+use regatta_orders::{Places, Table, TimedDraft, read_table};
+use regatta_scenario::{Overrides, Scenario};
+use serde_json::{Value, json};
+
+use crate::arguments::LayoutArgs;
+use crate::day::places;
+use crate::failure::Failure;
+use crate::output::show;
+
+/// The exit code of a file with rows that can't be used.
+const FOUND: u8 = 1;
+/// The most flows of the text; JSON has all.
+const MOST_FLOWS: usize = 20;
+const HOUR_SECS: f64 = 3600.0;
+
+/// Checks a file against the stations of a plant.
+pub fn run(
+    file: &Path,
+    plant: &Path,
+    layout: &LayoutArgs,
+    as_json: bool,
+) -> Result<ExitCode, Failure> {
+    let overrides = Overrides { layout: layout.options(), ..Overrides::default() };
+    let graph = Scenario::read(plant, &overrides)?.graph;
+    let check = Check::new(read_table(file)?, &places(&graph));
+    if as_json {
+        println!("{:#}", check.json());
+    } else {
+        show(check.text(file));
+    }
+    Ok(if check.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
+}
+
+/// The findings about a file.
+struct Check {
+    table: Table,
+    /// The lines of rows that can't be used, and the reasons.
+    problems: Vec<(usize, String)>,
+    /// Orders by the hour of their creation, from the first hour on.
+    hours: BTreeMap<u64, u64>,
+    /// Orders by their first and last stations.
+    flows: BTreeMap<[String; 2], u64>,
+    /// The time without an order that is the longest between two orders: its begin and its end.
+    gap: Option<[f64; 2]>,
+}
+
+impl Check {
+    fn new(table: Table, places: &Places) -> Self {
+        let problems = table.problems.iter().map(|error| (error.line, error.reason.clone()));
+        let mut problems: Vec<(usize, String)> = problems.collect();
+        let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
+        let mut times = Vec::new();
+        for order in &table.orders {
+            problems.extend(unknown_stations(order, places));
+            *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
+            *flows.entry(ends(order)).or_default() += 1;
+            times.push(order.secs);
+        }
+        problems.sort_by_key(|(line, _)| *line);
+        times.sort_by(f64::total_cmp);
+        let gaps = times.windows(2).map(|pair| [pair[0], pair[1]]);
+        let gap = gaps.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+        Self { table, problems, hours, flows, gap }
+    }
+
+    /// The hours from the first to the last, with their orders.
+    fn by_hour(&self) -> Vec<(u64, u64)> {
+        let [first, last] = [self.hours.keys().next(), self.hours.keys().next_back()];
+        let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
+        let orders = |hour| self.hours.get(&hour).copied().unwrap_or_default();
+        (*first..=*last).map(|hour| (hour, orders(hour))).collect()
+    }
+
+    /// The flows, the largest first.
+    fn by_size(&self) -> Vec<(&[String; 2], u64)> {
+        let mut flows: Vec<_> = self.flows.iter().map(|(ends, count)| (ends, *count)).collect();
+        flows.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        flows
+    }
+
+    fn json(&self) -> Value {
+        let columns: BTreeMap<&str, &str> = self
+            .table
+            .columns
+            .guessed()
+            .map(|(header, meaning)| (header, meaning.name()))
+            .collect();
+        let rows =
+            self.problems.iter().map(|(line, reason)| json!({"line": line, "reason": reason}));
+        let hours = self
+            .by_hour()
+            .into_iter()
+            .map(|(hour, orders)| json!({"hour": hour, "orders": orders}));
+        let flows = self
+            .by_size()
+            .into_iter()
+            .map(|([from, to], orders)| json!({"from": from, "to": to, "orders": orders}));
+        json!({
+            "orders": self.table.orders.len(),
+            "columns": columns,
+            "unused_columns": self.table.columns.unused().collect::<Vec<_>>(),
+            "begin": self.table.begin.map(|begin| begin.to_string()),
+            "problems": rows.collect::<Vec<_>>(),
+            "hours": hours.collect::<Vec<_>>(),
+            "flows": flows.collect::<Vec<_>>(),
+            "longest_gap_secs": self.gap,
+        })
+    }
+
+    fn text(&self, file: &Path) -> String {
+        // Writing to a `String` never fails.
+        let mut text = self.columns();
+        for (line, reason) in &self.problems {
+            let _ = writeln!(text, "{}, line {line}: {reason}", file.display());
+        }
+        let (orders, problems) = (self.table.orders.len(), self.problems.len());
+        let _ = writeln!(text, "orders        {orders}, problems {problems}");
+        if let Some(begin) = &self.table.begin {
+            let _ = writeln!(text, "begin         {begin}, which is time 0 of a run");
+        }
+        if let Some([from, to]) = self.gap {
+            let (minutes, from) = ((to - from) / 60.0, from / HOUR_SECS);
+            let _ = writeln!(
+                text,
+                "longest gap   {minutes:.0} min without an order, {from:.1} h after the begin"
+            );
+        }
+        text += "\nhour  orders\n";
+        for (hour, orders) in self.by_hour() {
+            let _ = writeln!(text, "{hour:>4}  {orders:>6}");
+        }
+        text += "\norders  from → to\n";
+        let flows = self.by_size();
+        for ([from, to], orders) in flows.iter().take(MOST_FLOWS) {
+            let _ = writeln!(text, "{orders:>6}  {from} → {to}");
+        }
+        if let Some(more) = flows.len().checked_sub(MOST_FLOWS).filter(|more| *more > 0) {
+            let _ = writeln!(text, "        and {more} more flows: --json has all");
+        }
+        text
+    }
+
+    /// The columns that are used and not used.
+    fn columns(&self) -> String {
+        let columns = &self.table.columns;
+        let guessed = columns.guessed().map(|(header, meaning)| match meaning.name() {
+            name if name.eq_ignore_ascii_case(header) => name.to_owned(),
+            name => format!("{header} = {name}"),
+        });
+        let guessed: Vec<String> = guessed.collect();
+        let unused: Vec<&str> = columns.unused().collect();
+        let mut text = String::new();
+        if !guessed.is_empty() {
+            let _ = writeln!(text, "columns       {}", guessed.join(", "));
+        }
+        if !unused.is_empty() {
+            let _ = writeln!(text, "not used      {}", unused.join(", "));
+        }
+        text
+    }
+}
+
+/// Returns the stops of an order that the plant doesn't have, with the line of the order.
+fn unknown_stations(order: &TimedDraft, places: &Places) -> Vec<(usize, String)> {
+    let mut unknown = Vec::new();
+    for (stop, number) in order.draft.destinations.iter().zip(1..) {
+        if let Err(error) = places.find_one(&stop.location_name.to_string()) {
+            unknown.push((order.line, format!("stop {number}: {error}; correct it, or the plant")));
+        }
+    }
+    unknown
+}
+
+/// The first and the last station of an order.
+fn ends(order: &TimedDraft) -> [String; 2] {
+    let stops = &order.draft.destinations;
+    [stops.first(), stops.last()]
+        .map(|stop| stop.map(|stop| stop.location_name.to_string()).unwrap_or_default())
+}

@@ -1,0 +1,129 @@
+//! The answer to the question for the least number of robots.
+
+use serde::Serialize;
+
+use crate::plan::Target;
+use crate::statistics::Interval;
+use crate::sweep::least::{Standing, interval, standing};
+use crate::sweep::{Curve, Point};
+
+/// The least number of robots that meets all targets.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeastAnswer {
+    /// The number; `None` if none of those that were tried meets them.
+    pub robots: Option<u32>,
+    /// The number that came closest to the targets.
+    pub closest: Option<u32>,
+    /// The largest number that was tried.
+    pub most: u32,
+    /// Larger numbers that were tried, and miss a target.
+    pub worse: Vec<u32>,
+    /// The reason why fewer robots, or any, don't meet the targets.
+    pub binding: Option<Binding>,
+}
+
+/// A number of robots that misses targets.
+#[derive(Clone, Debug, Serialize)]
+pub struct Binding {
+    /// The number: the largest below the answer, or the closest one if there is no answer.
+    pub robots: u32,
+    /// The targets that it doesn't meet for sure.
+    pub targets: Vec<TargetAnswer>,
+    /// Orders that weren't over at the limit of a day.
+    pub open_orders: Option<Interval>,
+    /// The part of the robots' time with an order.
+    pub utilisation: Option<Interval>,
+    /// The part of the robots' time in which they waited for room.
+    pub waiting: Option<Interval>,
+    /// The place that they waited for the most, if they waited for one.
+    pub place: Option<String>,
+}
+
+/// A figure against its target.
+#[derive(Clone, Debug, Serialize)]
+pub struct TargetAnswer {
+    /// The target.
+    pub target: String,
+    /// The name of the figure.
+    pub name: String,
+    /// The figure, over the runs; `None` if a run has none.
+    pub value: Option<Interval>,
+    /// The figure in words.
+    pub words: String,
+    /// The distance from the mean to the limit as a part of the limit; above 0 if it is met.
+    pub margin: Option<f64>,
+    /// The standing.
+    pub standing: Standing,
+}
+
+impl LeastAnswer {
+    /// Returns the answer of a search; `None` for another question. `place` is the one that the
+    /// robots of the binding number waited for the most.
+    pub fn new(targets: &[Target], curve: &Curve, place: Option<String>) -> Option<Self> {
+        let least = curve.least.as_ref()?;
+        let after = least.found.map_or(curve.points.len(), |found| found + 1);
+        let worse = curve.points[after..].iter().filter(|point| misses(targets, point));
+        let worse = worse.map(|point| point.robots);
+        let failed = curve.failed.iter().map(|(robots, _)| *robots);
+        let tried = curve.points.iter().map(|point| point.robots).chain(failed);
+        Some(Self {
+            robots: curve.robots(least.found),
+            closest: curve.robots(least.closest),
+            most: tried.max().unwrap_or_default(),
+            worse: worse.collect(),
+            binding: curve
+                .binding()
+                .map(|index| Binding { place, ..Binding::new(targets, &curve.points[index]) }),
+        })
+    }
+
+    /// The number that the answer is about.
+    pub fn chosen(&self) -> Option<u32> {
+        self.robots.or(self.closest)
+    }
+}
+
+/// Whether a point doesn't meet a target for sure.
+fn misses(targets: &[Target], point: &Point) -> bool {
+    targets.iter().any(|target| standing(target, point) != Standing::Met)
+}
+
+impl Binding {
+    fn new(targets: &[Target], point: &Point) -> Self {
+        let mut targets: Vec<TargetAnswer> =
+            targets.iter().map(|target| TargetAnswer::new(target, point)).collect();
+        targets.retain(|target| target.standing != Standing::Met);
+        Self {
+            robots: point.robots,
+            targets,
+            open_orders: point.interval(|run| Some(run.open_orders as f64)),
+            utilisation: point.interval(|run| Some(run.utilisation)),
+            waiting: point.interval(|run| Some(run.waiting)),
+            place: None,
+        }
+    }
+}
+
+impl TargetAnswer {
+    /// Compares the runs of a point with a target.
+    pub fn new(target: &Target, point: &Point) -> Self {
+        let value = interval(target, point);
+        Self {
+            target: target.to_string(),
+            name: target.name(),
+            value,
+            words: value.map_or_else(|| "no figure".to_owned(), |value| in_words(target, &value)),
+            margin: value.map(|value| target.margin(value.mean)),
+            standing: standing(target, point),
+        }
+    }
+}
+
+fn in_words(target: &Target, Interval { mean, half_width, .. }: &Interval) -> String {
+    match half_width {
+        Some(half_width) if *half_width > 0.0 => {
+            format!("{} ± {}", target.in_words(*mean), target.in_words(*half_width))
+        }
+        _ => target.in_words(*mean),
+    }
+}

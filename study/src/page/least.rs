@@ -1,0 +1,175 @@
+//! The answer to the question for the least number of robots, in sentences and tables.
+
+use super::Block;
+use crate::answer::{Answer, Binding, LeastAnswer, PointAnswer, TargetAnswer, VariantAnswer};
+use crate::plan::robots_in_words;
+use crate::sweep::least::Standing;
+
+/// The parts of the robots' time from which on waiting, and being busy, are the reason for late
+/// orders.
+const MUCH_WAITING: f64 = 0.1;
+const BUSY: f64 = 0.8;
+
+/// Returns the answer for a variant, in sentences.
+pub(super) fn of_least(variant: &VariantAnswer, least: &LeastAnswer) -> String {
+    let Some(robots) = least.robots else { return of_none(variant, least) };
+    let figures = variant.points.iter().find(|point| point.robots == robots);
+    let figures = figures.map(|point| met(&point.targets)).unwrap_or_default();
+    let meets = if robots == 1 { "meets" } else { "meet" };
+    let mut text = format!(
+        "{}: the least that {meets} the targets, with 95 % confidence: {figures}.",
+        robots_in_words(robots)
+    );
+    if let Some(binding) = &least.binding {
+        text += &format!(" With {}, {}.", binding.robots, missed(binding));
+    }
+    if !least.worse.is_empty() {
+        let worse: Vec<String> = least.worse.iter().map(u32::to_string).collect();
+        text += &format!(
+            " More robots aren't better everywhere: {} were tried, too, and don't meet them.",
+            worse.join(", ")
+        );
+    }
+    text
+}
+
+fn of_none(variant: &VariantAnswer, least: &LeastAnswer) -> String {
+    let tried = format!("up to {}", robots_in_words(least.most));
+    let Some(binding) = &least.binding else {
+        let reason = variant.failure().unwrap_or("no run has figures");
+        return format!("no fleet of {tried} meets the targets: {reason}.");
+    };
+    format!(
+        "no fleet of {tried} meets the targets. {} come closest: {}.",
+        robots_in_words(binding.robots),
+        missed(binding)
+    )
+}
+
+fn met(targets: &[TargetAnswer]) -> String {
+    let texts = targets.iter().map(|TargetAnswer { target, words, margin, .. }| {
+        let margin = margin.map_or_else(String::new, |m| format!(", {:.0} % to spare", 100.0 * m));
+        format!("{target} ({words}{margin})")
+    });
+    texts.collect::<Vec<_>>().join("; ")
+}
+
+/// The targets that a number of robots misses, and the reason.
+fn missed(binding: &Binding) -> String {
+    let Binding { targets, open_orders, .. } = binding;
+    let open = open_orders.map_or(0.0, |open| open.mean);
+    let texts =
+        targets.iter().map(|TargetAnswer { target, name, words, standing, .. }| match standing {
+            Standing::Open => format!("{name} is {words}, too near to '{target}' to be sure"),
+            _ => format!("{name} is {words}, against '{target}'"),
+        });
+    let mut texts: Vec<String> = texts.collect();
+    if open >= 1.0 {
+        texts.push(format!("{open:.0} orders are open at the end"));
+    }
+    texts.extend(reason(binding));
+    texts.join(", and ")
+}
+
+/// Tells the bottleneck of a number of robots that misses targets.
+fn reason(binding: &Binding) -> Option<String> {
+    let [waiting, busy] = [binding.waiting?, binding.utilisation?].map(|part| part.mean);
+    match &binding.place {
+        Some(place) if waiting >= MUCH_WAITING => Some(format!(
+            "robots wait {:.0} % of their time, most of all for {place}",
+            100.0 * waiting
+        )),
+        _ if waiting >= MUCH_WAITING => {
+            Some(format!("robots wait for room {:.0} % of their time", 100.0 * waiting))
+        }
+        _ if busy >= BUSY => Some(format!(
+            "robots have an order {:.0} % of the time, so that there are too few of them",
+            100.0 * busy
+        )),
+        _ => None,
+    }
+}
+
+/// Returns the table of the least fleets of several variants.
+pub(super) fn fleets(answer: &Answer) -> Option<Block> {
+    if answer.variants.len() < 2 || answer.method.targets.is_empty() {
+        return None;
+    }
+    let mut head = vec!["variant".to_owned(), "robots".to_owned()];
+    head.extend(answer.method.targets.iter().cloned());
+    head.push("binds".to_owned());
+    let mut rows = vec![head];
+    for variant in &answer.variants {
+        rows.push(row(answer, variant));
+    }
+    Some(Block::Table(rows))
+}
+
+fn row(answer: &Answer, variant: &VariantAnswer) -> Vec<String> {
+    let least = variant.least.as_ref();
+    let robots = match least.and_then(|least| least.robots) {
+        Some(robots) => format!("**{robots}**"),
+        None => "none".to_owned(),
+    };
+    let chosen = least.and_then(LeastAnswer::chosen);
+    let point = variant.points.iter().find(|point| Some(point.robots) == chosen);
+    let mut row = vec![variant.name.clone(), robots];
+    match point {
+        Some(point) => row.extend(figures(point)),
+        None => row.resize(2 + answer.method.targets.len(), super::content::NONE.to_owned()),
+    }
+    let binding = least.and_then(|least| least.binding.as_ref());
+    row.push(binding.map_or_else(String::new, |binding| {
+        format!("with {}: {}", binding.robots, missed(binding))
+    }));
+    row
+}
+
+/// The figures of a point against the targets, for a row of a table.
+pub(super) fn figures(point: &PointAnswer) -> impl Iterator<Item = String> {
+    point.targets.iter().map(|target| {
+        let standing = match target.standing {
+            Standing::Met => "met",
+            Standing::Open => "open",
+            Standing::Missed => "missed",
+        };
+        format!("{}, {standing}", target.words)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::Interval;
+
+    fn binding(waiting: f64, place: Option<&str>) -> Binding {
+        let interval = |mean| Some(Interval { mean, half_width: Some(0.0), values: 3 });
+        let target = TargetAnswer {
+            target: "p99 service < 6 min".to_owned(),
+            name: "p99 service".to_owned(),
+            value: interval(400.0),
+            words: "400 s".to_owned(),
+            margin: Some(-0.1),
+            standing: Standing::Missed,
+        };
+        Binding {
+            robots: 11,
+            targets: vec![target],
+            open_orders: interval(0.0),
+            utilisation: interval(0.97),
+            waiting: interval(waiting),
+            place: place.map(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn the_reason_is_a_place_or_the_number_of_robots() {
+        let text = missed(&binding(0.4, Some("S4")));
+        assert_eq!(
+            text,
+            "p99 service is 400 s, against 'p99 service < 6 min', and robots wait 40 % of their \
+             time, most of all for S4"
+        );
+        assert!(missed(&binding(0.02, None)).ends_with("so that there are too few of them"));
+    }
+}

@@ -1,0 +1,94 @@
+//! A day: orders with times, which replace the load.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::scenario::{Load, Setup};
+use super::{PlanError, Variant};
+use crate::job::{Ending, IN_TURN, Manager};
+
+/// The orders of a day.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Day {
+    /// The file, for messages.
+    pub file: String,
+    /// The orders, as the fleet manager reads them: CSV.
+    pub timetable: String,
+    /// The names of their stops.
+    pub stops: BTreeSet<String>,
+    /// The number of orders.
+    pub orders: usize,
+    /// The time of the last order, in seconds.
+    pub last_secs: f64,
+    /// Orders for each of the file.
+    pub scale: f64,
+    /// Seconds by which all orders come later.
+    pub shift_secs: f64,
+    /// The block of which each seed's day is drawn, in seconds; `None` for the day as it is.
+    pub block_secs: Option<f64>,
+}
+
+impl Day {
+    /// Returns the day in words.
+    pub fn in_words(&self) -> String {
+        let Self { file, orders, scale, block_secs, .. } = self;
+        let scale = if *scale == 1.0 { String::new() } else { format!(" × {scale}") };
+        let days = match block_secs {
+            Some(secs) => format!(
+                "each seed has a day of the same kind, drawn from blocks of {:.0} min",
+                secs / 60.0
+            ),
+            None => "as they are, the same for each seed".to_owned(),
+        };
+        format!("the {orders} orders of {file}{scale}, {days}")
+    }
+
+    /// Returns the time from which on no order comes, in whole seconds.
+    pub fn end_secs(&self) -> u64 {
+        let block_secs = self.block_secs.unwrap_or(0.0);
+        // The last block may be the one before, which is moved.
+        let last_secs = match block_secs > 0.0 {
+            true => ((self.last_secs / block_secs).floor() + 1.0) * block_secs,
+            false => self.last_secs,
+        };
+        (last_secs + self.shift_secs).ceil() as u64
+    }
+
+    fn load(&self, dwell: Option<Value>) -> Load {
+        let mut load = Load { dwell, ..Load::default() };
+        load.rest.insert("timetable".to_owned(), self.timetable.clone().into());
+        load.rest.insert("scale".to_owned(), self.scale.into());
+        load.rest.insert("shift".to_owned(), self.shift_secs.into());
+        load.rest.extend(self.block_secs.map(|secs| ("resample".to_owned(), secs.into())));
+        load
+    }
+}
+
+impl Variant {
+    /// Replaces the load by the orders of a day.
+    ///
+    /// # Errors
+    /// [`PlanError::CutOffStop`] if a stop isn't on the roads that can be used, or as
+    /// [`read`](Self::read).
+    pub fn with_day(mut self, day: &Arc<Day>) -> Result<Self, PlanError> {
+        let dwell = self.setup.load.take().and_then(|load| load.dwell);
+        if self.is_load_made_up {
+            if let Manager::BuiltIn(args) = &mut self.manager {
+                args.retain(|arg| arg != IN_TURN);
+            }
+            self.is_load_made_up = false;
+        }
+        self.other_stops = None;
+        self.setup = Setup { load: Some(day.load(dwell)), ..self.setup };
+        (self.load, self.day) = (day.in_words(), Some(Arc::clone(day)));
+        self.set_roads()?;
+        Ok(self)
+    }
+
+    /// The end of its runs.
+    pub fn ending(&self) -> Ending {
+        if self.day.is_some() { Ending::AfterOrders } else { Ending::AtTime }
+    }
+}

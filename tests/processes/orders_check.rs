@@ -1,0 +1,55 @@
+//! `regatta orders check`: each row that can't be used is a line, and the others are counted.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::fleet::{graphs, regatta};
+
+/// A day as a warehouse exports it: semicolons, German headers and Windows-1252.
+const DAY: &[u8] = b"Auftrag;Quelle;Ziel;Zeit;F\xe4llig;Artikel\n\
+    1;1;3;08:10;08:30;Schraube\n2;1;3;08:20;;\n3;2;S\xfcd;09:00;;\n4;1;3;25:00;;\n5;4;2;11:05;;\n\
+    2;4;2;11:06;;\n";
+
+fn check(folder: &Path, args: &[&str]) -> (i32, String) {
+    let day = folder.join("day.csv");
+    fs::write(&day, DAY).expect("written");
+    let mut command = regatta();
+    command.args(["orders", "check"]).arg(day).arg("--plant").arg(graphs("square.yaml")).args(args);
+    let output = command.output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    (output.status.code().expect("an exit code"), text)
+}
+
+#[test]
+fn each_row_that_cannot_be_used_is_a_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, text) = check(folder.path(), &[]);
+    assert_eq!(code, 1, "{text}");
+    for expected in [
+        "columns       Auftrag = name, Quelle = from, Ziel = to, Zeit = time, Fällig = deadline",
+        "not used      Artikel",
+        "line 4: stop 2: `Süd` is neither the name nor the id of a node",
+        "line 5: column time: `25:00` has an hour",
+        "line 7: there are two orders `2`, the first in line 3",
+        "orders        5, problems 3",
+        "begin         08:00, which is time 0 of a run",
+        "longest gap   125 min without an order, 1.0 h after the begin",
+        "   0       2\n   1       1\n   2       0\n   3       2\n",
+        "     2  1 → 3\n",
+    ] {
+        assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
+    }
+}
+
+#[test]
+fn json_has_all_of_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, text) = check(folder.path(), &["--json"]);
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!((code, json["problems"].as_array().map(Vec::len)), (1, Some(3)), "{json:#}");
+    assert_eq!(json["flows"][0], serde_json::json!({"from": "1", "to": "3", "orders": 2}));
+    assert_eq!(json["columns"]["Quelle"], "from");
+}

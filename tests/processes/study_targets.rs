@@ -1,0 +1,149 @@
+//! `regatta study --target`: the least number of robots for a day's orders, against numbers that are
+//! known otherwise.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use crate::fleet::regatta;
+use crate::study_theory::bays;
+
+/// The number of orders, all at once, each to a bay of its own.
+const ORDERS: usize = 12;
+/// The seconds that a robot stands at a stop: nearly all of the time of an order, as a way takes at
+/// most a minute.
+const DWELL_SECS: f64 = 300.0;
+const WAY_SECS: f64 = 60.0;
+
+/// Writes a plant without conflicts and a day of orders into a folder.
+fn plant(folder: &Path) -> [PathBuf; 2] {
+    let [plant, day] = ["bays.csv", "day.csv"].map(|name| folder.join(name));
+    fs::write(&plant, bays(ORDERS)).expect("written");
+    let rows = (0..ORDERS).map(|bay| format!("o{bay},0,1500,B{bay}:none:{DWELL_SECS}\n"));
+    let rows: String = rows.collect();
+    fs::write(&day, format!("name,time,deadline,stops\n{rows}")).expect("written");
+    [plant, day]
+}
+
+fn study(folder: &Path, name: &str, args: &[&str]) -> (Output, Value) {
+    let [plant, day] = plant(folder);
+    let mut command = regatta();
+    command.arg("study").arg(plant).arg("--orders").arg(day).args(["--resample", "none"]);
+    command.args(args).arg("--output").arg(folder.join(name));
+    let output = command.output().expect("regatta starts");
+    let file = folder.join(name).join("study.json");
+    let answer =
+        fs::read(file).map_or(Value::Null, |bytes| serde_json::from_slice(&bytes).expect("JSON"));
+    (output, answer)
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The standing of each number of robots that was tried.
+fn standings(answer: &Value) -> Vec<(u64, String)> {
+    let points = answer["variants"][0]["points"].as_array().expect("points").iter();
+    let standing = |point: &Value| {
+        let standing = point["targets"][0]["standing"].as_str().expect("a standing");
+        (point["robots"].as_u64().expect("a number"), standing.to_owned())
+    };
+    points.map(standing).collect()
+}
+
+#[test]
+fn the_least_fleet_is_that_of_theory_and_of_all_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // So many rounds of orders fit: ⌈12 / 3⌉ = 4 rounds take longer than the target, 3 don't.
+    let target = "longest service < 1100s";
+    const { assert!(4.0 * DWELL_SECS > 1100.0 && 3.0 * (DWELL_SECS + WAY_SECS) < 1100.0) };
+    let args = ["--target", target, "--target", "late < 1%", "--seeds", "2..2"];
+    let (output, answer) = study(folder.path(), "s", &[&args[..], &["--robots", "1..8"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let least = &answer["variants"][0]["least"];
+    assert_eq!((&least["robots"], &least["binding"]["robots"]), (&4.into(), &3.into()), "{least}");
+    assert!(text(&output.stdout).starts_with("4 robots: the least"), "{}", text(&output.stdout));
+    let all = ["--robots", "1,2,3,4,5,6,7,8"];
+    let (_, exhaustive) = study(folder.path(), "all", &[&args[..], &all].concat());
+    for (robots, standing) in standings(&exhaustive) {
+        assert_eq!(standing == "met", robots >= 4, "{robots} robots: {standing}");
+    }
+    let (_, again) = study(folder.path(), "again", &[&args[..], &["--robots", "1..8"]].concat());
+    assert_eq!(answer, again, "the same study gives the same answer");
+    let page = fs::read_to_string(folder.path().join("s/index.html")).expect("a page");
+    assert!(page.contains("How many robots does bays need?"), "{page}");
+}
+
+#[test]
+fn targets_that_no_fleet_meets_have_a_closest_fleet() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let args = ["--target", "p50 service < 200s", "--robots", "1..8", "--seeds", "2..2"];
+    let (output, answer) = study(folder.path(), "s", &args);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let least = &answer["variants"][0]["least"];
+    assert_eq!(least["robots"], Value::Null);
+    let said = text(&output.stdout);
+    assert!(said.starts_with("no fleet of up to 8 robots meets the targets"), "{said}");
+    assert!(said.contains("p50 service is") && said.contains("'p50 service < 200 s'"), "{said}");
+}
+
+#[test]
+fn variants_have_a_table_of_their_least_fleets() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let args = ["--target", "longest service < 1100s", "--robots", "1..8", "--seeds", "2..2"];
+    // The dwell time of the file stays; slower roads change only the ways.
+    let vary = ["--vary", "speed_factor=1,0.5"];
+    let (output, answer) = study(folder.path(), "s", &[&args[..], &vary].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for variant in 0..2 {
+        let robots = answer["variants"][variant]["least"]["robots"].as_u64();
+        assert!(robots.is_some_and(|robots| (4..=6).contains(&robots)), "{robots:?}");
+    }
+    let page = fs::read_to_string(folder.path().join("s/study.md")).expect("a page");
+    assert!(page.contains("| variant | robots | longest service < 1100 s | binds |"), "{page}");
+}
+
+#[test]
+fn a_day_is_replayed_in_a_run_as_in_a_study() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plant, day] = plant(folder.path());
+    let mut command = regatta();
+    command.arg("run").arg(&plant).args(["--robots", "4", "--in-process", "--json"]);
+    command.args(["--simulated", "30min", "--scale", "2", "--orders"]).arg(&day);
+    // Orders that wait for over 20 minutes are findings, so that the exit code is 1.
+    let output = command.output().expect("regatta starts");
+    let figures: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let orders = ["orders_finished", "orders_open"].map(|key| figures[key].as_u64().expect(key));
+    assert_eq!(orders.iter().sum::<u64>(), 24, "{figures}");
+}
+
+#[test]
+fn what_is_wrong_with_a_day_or_a_target_is_told_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [plant, day] = plant(folder.path());
+    let file = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).expect("written");
+        name.to_owned()
+    };
+    let unknown = file("unknown.csv", "time,stops\n5,B1\n9,X9\n");
+    let empty = file("empty.csv", "time,stops\n");
+    let day = day.display().to_string();
+    for (args, expected) in [
+        (vec!["--target", "p98 service < 6min"], "it names no known figure"),
+        (vec!["--scale", "2"], "give its --orders"),
+        (vec!["--orders", "none.csv"], "can't read none.csv"),
+        (vec!["--orders", &unknown], "line 3: stop 1 is at `X9`"),
+        (vec!["--orders", &empty], "there are no orders in it"),
+        (vec!["--orders", &day, "--resample", "soon"], "or none"),
+        (vec!["--orders", &day, "--vary", "load={\"per_hour\":3}"], "take its place"),
+    ] {
+        let mut command: Command = regatta();
+        command.arg("study").arg(&plant).args(&args).current_dir(folder.path());
+        let output = command.output().expect("regatta starts");
+        let message = text(&output.stderr);
+        assert!(!output.status.success() && message.contains(expected), "{args:?}: {message}");
+        assert!(message.lines().count() <= 4, "{args:?}: {message}");
+    }
+}
