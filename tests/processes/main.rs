@@ -38,3 +38,4 @@ mod udp;
 mod validator;
 mod vda5050;
 mod vda5050_check;
+mod warm_up;
