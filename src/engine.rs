@@ -1,15 +1,16 @@
 //! `regatta engine`: runs the engine in this process.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
-use regatta_engine::engine::{Engine, Options};
+use regatta_engine::engine::{Engine, Options, WarmUp};
 use regatta_motion::Isa;
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, SchedulingOptions, Termination};
-use regatta_scenario::{Overrides, RobotCount};
+use regatta_scenario::{Overrides, RobotCount, Scenario};
 
-use crate::arguments::{LayoutArgs, one_of};
+use crate::arguments::{LayoutArgs, Time, one_of};
 use crate::failure::{Failure, plugin_failure};
 use crate::progress::Progress;
 use crate::scenario::{self, Demo};
@@ -24,6 +25,9 @@ pub struct EngineArgs {
     /// Run the demo whose robots wait for commands of a fleet manager, if no scenario is given.
     #[arg(long, hide = true)]
     pub managed_demo: bool,
+    /// The plugins that take part in the warm-up; without this option there is none.
+    #[arg(long, hide = true, value_delimiter = ',', num_args = 0..)]
+    pub warm_up_with: Option<Vec<String>>,
     /// Stop after this number of ticks.
     #[arg(long, help_heading = "End of the run")]
     pub ticks: Option<u64>,
@@ -54,6 +58,10 @@ pub struct EngineOptions {
     /// Seed of the random routes instead of the scenario's.
     #[arg(long, help_heading = "Speed and size")]
     pub seed: Option<u64>,
+    /// Simulated time that `regatta run` drives as fast as possible before the window opens,
+    /// instead of the scenario's; 0 for none.
+    #[arg(long, value_name = "TIME", help_heading = "Speed and size")]
+    pub warm_up: Option<Time>,
     /// Number of threads that move robots.
     #[arg(long, default_value = "1", value_parser = parse_threads)]
     #[arg(help_heading = "Processor")]
@@ -88,6 +96,11 @@ impl EngineOptions {
         Overrides { layout: self.layout.options(), rate, publish_rate, seed }
     }
 
+    /// The simulated time of the warm-up of a scenario.
+    pub fn warm_up(&self, scenario: &Scenario) -> Duration {
+        self.warm_up.map_or(scenario.warm_up, |Time(time)| time)
+    }
+
     /// Converts the options to command-line arguments for a child process.
     pub fn to_args(&self) -> Vec<String> {
         let mut args = vec![format!("--fleet={}", self.fleet)];
@@ -96,6 +109,7 @@ impl EngineOptions {
         args.extend(self.rate.map(|rate| format!("--rate={rate}")));
         args.extend(self.publish_rate.map(|rate| format!("--publish-rate={rate}")));
         args.extend(self.seed.map(|seed| format!("--seed={seed}")));
+        args.extend(self.warm_up.map(|Time(time)| format!("--warm-up={}", time.as_secs_f64())));
         args.extend(self.threads.map(|threads| format!("--threads={threads}")));
         args.extend(self.isa.map(|isa| format!("--isa={isa}")));
         args.extend(self.layout.to_args());
@@ -122,6 +136,10 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
     for warning in &scenario.warnings {
         regatta_plugin::tell!("regatta: {warning}");
     }
+    let warm_up = args.warm_up_with.map_or_else(WarmUp::default, |plugins| WarmUp {
+        duration: args.options.warm_up(&scenario),
+        plugins,
+    });
     let shared = args.options;
     shared.scheduling.apply()?;
     let options = Options {
@@ -133,6 +151,7 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
         ticks: args.ticks,
         digest: args.digest,
         lockstep: shared.lockstep,
+        warm_up,
     };
     let progress = Progress::start("setting the fleet up", 0);
     let mut engine = Engine::new(scenario, options)?;

@@ -1,6 +1,7 @@
 //! `regatta run`: runs a scenario as a set of child processes, or in this one.
 
 mod in_process;
+mod window;
 
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
@@ -10,7 +11,6 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use regatta_layout::MAX_FILE_BYTES;
-use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 use regatta_scenario::{PluginCommand, Scenario, Viewer};
 use regatta_vda5050::broker::BrokerUrl;
@@ -26,6 +26,7 @@ use crate::scenario::Demo;
 use crate::supervisor::{EndedChild, Supervisor};
 use crate::trust::{self, TrustArgs};
 use crate::{control, plugin, scenario};
+use window::Opening;
 
 /// The longest time until the engine's first response: it compiles the route graph first, which may
 /// be large.
@@ -34,6 +35,8 @@ const START_TIMEOUT: Duration = Duration::from_secs(60);
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// The time between two status lines.
 const STATUS_INTERVAL: Duration = Duration::from_secs(1);
+/// The time between two looks at a warm-up.
+const WARM_UP_LOOK: Duration = Duration::from_millis(50);
 /// The name of the engine's process in messages.
 const ENGINE: &str = "engine";
 /// The name of the viewer's process in messages.
@@ -119,6 +122,10 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let load = LoadFile::of(&args, &scenario)?;
     let mut engine = engine_command(&args)?;
     engine.args(args.ticks(&scenario).map(|ticks| format!("--ticks={ticks}")));
+    if !args.warm_up(&scenario).is_zero() {
+        let names: Vec<&str> = scenario.plugins.iter().map(|plugin| plugin.name.as_str()).collect();
+        engine.arg(format!("--warm-up-with={}", names.join(",")));
+    }
     if let Some(input) = input {
         engine.stdin(input);
     }
@@ -128,23 +135,10 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         supervisor.start(name, &mut command)?;
     }
     print_summary(&scenario, &args);
-    match scenario.viewer {
-        Viewer::Off => {}
-        Viewer::Auto if !HAS_VIEWER => {
-            regatta_plugin::tell!(
-                "regatta: built without the feature 'viewer'; the run continues without a viewer"
-            );
-        }
-        Viewer::Auto if !has_display() => {
-            regatta_plugin::tell!("regatta: no display; the run continues without a viewer")
-        }
-        Viewer::Auto | Viewer::On => {
-            supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario)?)?;
-        }
-    }
-
+    let mut opening = Opening::new(&scenario, &args)?;
+    opening.open_at_once(&mut supervisor)?;
     let required = Required { engine_pid: engine, viewer: scenario.viewer == Viewer::On };
-    let mut success = watch(&mut supervisor, &required, &args, &termination)?;
+    let mut success = watch(&mut supervisor, &required, &mut opening, &args, &termination)?;
     for failure in supervisor.stop() {
         regatta_plugin::tell!("regatta: {failure}");
         success = false;
@@ -267,6 +261,14 @@ impl<'a> LoadFile<'a> {
 }
 
 impl RunArgs {
+    /// The simulated time of the warm-up. A master of VDA 5050 can't take part in one.
+    fn warm_up(&self, scenario: &Scenario) -> Duration {
+        match self.vda5050 {
+            Some(_) => Duration::ZERO,
+            None => self.options.warm_up(scenario),
+        }
+    }
+
     fn demo(&self) -> Demo {
         if self.unmanaged { Demo::Unmanaged } else { Demo::Managed }
     }
@@ -330,18 +332,16 @@ fn report_ended(children: &[EndedChild], required: &Required) -> (bool, bool) {
     (over, success)
 }
 
-/// Whether a window can be opened.
-fn has_display() -> bool {
-    cfg!(any(target_os = "macos", windows))
-        || ["DISPLAY", "WAYLAND_DISPLAY"]
-            .into_iter()
-            .any(|variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty()))
+/// Whether the time of a run is over. That of its warm-up doesn't count.
+fn is_over(opening: &Opening, limit: Option<Duration>) -> bool {
+    limit.zip(opening.warm_since()).is_some_and(|(limit, since)| since.elapsed() >= limit)
 }
 
 /// Prints a status line per second until the run is over; returns whether it is a success.
 fn watch(
     supervisor: &mut Supervisor,
     required: &Required,
+    opening: &mut Opening,
     args: &RunArgs,
     termination: &Termination,
 ) -> Result<bool, Failure> {
@@ -352,17 +352,23 @@ fn watch(
     let mut answered = false;
     let mut next_line = started;
     let mut success = true;
-    while !termination.requested() && limit.is_none_or(|limit| started.elapsed() < limit) {
+    while !termination.requested() && !is_over(opening, limit) {
         let (over, no_failure) = report_ended(&supervisor.take_ended(), required);
         success &= no_failure;
         if over {
             return Ok(success);
         }
+        let interval = if opening.warm_since().is_some() { STATUS_INTERVAL } else { WARM_UP_LOOK };
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
                 // Another engine has this fleet name, which this run's engine is about to report.
                 Ok(status) if status.pid != required.engine_pid => {}
-                Ok(status) => println!("{}", format(&status)),
+                Ok(status) => {
+                    opening.open_if_warm(&status, supervisor)?;
+                    if opening.warm_since().is_some() {
+                        println!("{}", format(&status));
+                    }
+                }
                 // Either the engine has ended, which the next iteration reports, or the next
                 // request succeeds.
                 Err(error) => tracing::info!("{error}"),
@@ -370,7 +376,7 @@ fn watch(
             answered = true;
             // Lines that are missing after a pause of this process or of the engine are not printed
             // later.
-            next_line = (next_line + STATUS_INTERVAL).max(Instant::now());
+            next_line = (next_line + interval).max(Instant::now());
         }
         if !answered && started.elapsed() > START_TIMEOUT {
             regatta_plugin::tell!(
@@ -397,16 +403,6 @@ fn engine_command(args: &RunArgs) -> Result<Command, Failure> {
     if args.scenario.is_none() && args.demo() == Demo::Managed {
         command.arg("--managed-demo");
     }
-    Ok(command)
-}
-
-fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Failure> {
-    let mut command = this_program()?;
-    command.args(["viewer", "--fleet", &fleet.to_string()]);
-    if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
-        command.args(["--colour", ACTIVITY.name()]);
-    }
-    command.args(scenario::viewer_args(scenario)?);
     Ok(command)
 }
 
@@ -452,7 +448,7 @@ mod tests {
         let scenario = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default())
             .expect("a valid scenario");
         let command =
-            viewer_command(&"lit".parse().expect("a name"), &scenario).expect("a command");
+            window::viewer_command(&"lit".parse().expect("a name"), &scenario).expect("a command");
         let arguments: Vec<_> =
             command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
         let lights = [

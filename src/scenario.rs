@@ -8,12 +8,12 @@ use regatta_scenario::{Overrides, Scenario, ScenarioError};
 use crate::output::STANDARD_STREAM;
 use crate::progress::Progress;
 
-/// A built-in demo: a thousand robots in a warehouse.
+/// A built-in demo: robots in a warehouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Demo {
-    /// They carry transport orders under the fleet manager.
+    /// Four hundred carry transport orders under the fleet manager.
     Managed,
-    /// They drive random routes, and nothing keeps them apart.
+    /// A thousand drive random routes, and nothing keeps them apart.
     Unmanaged,
 }
 
@@ -21,7 +21,7 @@ impl Demo {
     /// The text of the scenario.
     pub const fn text(self) -> &'static str {
         match self {
-            Self::Managed => include_str!("../graphs/warehouse-managed.yaml"),
+            Self::Managed => include_str!("../graphs/demo.yaml"),
             Self::Unmanaged => include_str!("../graphs/warehouse-1000.yaml"),
         }
     }

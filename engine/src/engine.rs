@@ -19,7 +19,7 @@ use crate::arc_length;
 use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use disturbances::Schedule;
-pub use options::{EngineError, Options, Summary};
+pub use options::{EngineError, Options, Summary, WarmUp};
 pub use population::world;
 use regatta_motion::Isa;
 use regatta_motion::Tracks;
@@ -66,10 +66,13 @@ impl Engine {
     pub fn new(scenario: Scenario, mut options: Options) -> Result<Self, EngineError> {
         let lockstep = std::mem::take(&mut options.lockstep);
         let (speed, tick_period) = (options.speed, scenario.tick_period);
-        let is_lockstep = !lockstep.names.is_empty();
+        let WarmUp { duration, plugins } = std::mem::take(&mut options.warm_up);
+        let is_warm = !duration.is_zero() && !plugins.is_empty();
+        let is_lockstep = !lockstep.names.is_empty() || is_warm;
         let participant = Participant::join(&options.fleet, NAME)?;
         let (ports, simulation) = open(scenario, &options, participant, is_lockstep)?;
-        Ok(Self { session: Session::new(ports, tick_period, speed, lockstep), simulation })
+        let session = Session::new(ports, tick_period, speed, lockstep);
+        Ok(Self { session: session.warmed_up(duration, &plugins), simulation })
     }
 
     /// As [`new`](Self::new), in a local fleet: a driver calls [`begin`](Self::begin),

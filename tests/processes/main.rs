@@ -40,3 +40,4 @@ mod udp;
 mod validator;
 mod vda5050;
 mod vda5050_check;
+mod warm_up;

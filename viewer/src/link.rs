@@ -18,6 +18,7 @@ use regatta_interface::rows::{RowQuery, Rows};
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
+use regatta_plugin::work::WorkFigures;
 use regatta_plugin::{ColumnName, ControlError, FleetName, Result};
 use regatta_scene::plans::PlanReport;
 
@@ -199,6 +200,8 @@ pub enum Fact {
     Values(Vec<(ColumnName, f32)>),
     /// The selected robot's order.
     Order(Option<RobotOrder>),
+    /// The figures of the fleet's work, with their run; `None` if nobody publishes them.
+    Work(Option<(u64, WorkFigures)>),
 }
 
 impl Report {

@@ -68,12 +68,13 @@ fn place(path: &str) -> String {
 pub(super) const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
 
 /// The keys of a scenario.
-pub(super) const SCENARIO_KEYS: [&str; 13] = [
+pub(super) const SCENARIO_KEYS: [&str; 14] = [
     "graph",
     "layout",
     "rate",
     "publish_rate",
     "seed",
+    "warm_up",
     "nodes",
     "robot_types",
     "robots",

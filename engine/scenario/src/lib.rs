@@ -61,6 +61,8 @@ pub struct Scenario {
     pub ticks_per_frame: u32,
     /// The seed of the random walks.
     pub seed: u64,
+    /// The simulated time that `regatta run` drives before the first picture, as fast as possible.
+    pub warm_up: Duration,
     /// The robot types; at least one.
     pub robot_types: Vec<RobotType>,
     /// The robots by ascending id; at least one group.

@@ -24,6 +24,9 @@ use super::{
 /// The range of ticks per simulated second.
 const RATES: RangeInclusive<f64> = 1.0..=20_000.0;
 
+/// The longest warm-up, in simulated seconds.
+const MAX_WARM_UP_SECS: f64 = 86_400.0;
+
 /// Resolves the names in `file`, which was read from `source`, and checks its values. Warnings
 /// about the graph are left out.
 ///
@@ -39,6 +42,7 @@ pub(super) fn resolve(
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) =
         clock(rate, publish_rate).map_err(|message| source.invalid("rate", message))?;
+    let warm_up = warm_up(file.warm_up).map_err(|message| source.invalid("warm_up", message))?;
     let robot_types =
         robot_types(file.robot_types).map_err(|message| source.invalid("robot_types", message))?;
     override_nodes(file.nodes, &mut graph)
@@ -67,6 +71,7 @@ pub(super) fn resolve(
         tick_period,
         ticks_per_frame,
         seed: overrides.seed.unwrap_or(file.seed),
+        warm_up,
         robot_types,
         groups,
         disturbances: file.disturbances,
@@ -90,6 +95,14 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), String> {
         ));
     }
     Ok((Duration::from_nanos((1e9 / rate).round() as u64), ticks_per_frame as u32))
+}
+
+/// Returns the time of a warm-up in seconds.
+fn warm_up(secs: f64) -> Result<Duration, String> {
+    if !(0.0..=MAX_WARM_UP_SECS).contains(&secs) {
+        return Err(format!("{secs} s is out of range: give 0 to {MAX_WARM_UP_SECS} s"));
+    }
+    Ok(Duration::from_secs_f64(secs))
 }
 
 /// Returns a warning if frames can't be published at exactly `publish_rate`.

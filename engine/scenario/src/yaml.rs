@@ -25,6 +25,9 @@ pub struct ScenarioFile {
     /// The seed of the random walks.
     #[serde(default)]
     pub seed: u64,
+    /// Simulated seconds that `regatta run` drives before the first picture.
+    #[serde(default)]
+    pub warm_up: f64,
     /// Roles and names of nodes instead of those in the graph, by the node's id or name.
     #[serde(default)]
     pub nodes: BTreeMap<Key, NodeEntry>,

@@ -100,6 +100,7 @@ fn an_error_names_the_entry_and_what_to_do() {
             "at most",
         ),
         (&format!("rate: 0\n{robots}"), "rate", "0 ticks per second is out of range"),
+        (&format!("warm_up: -1\n{robots}"), "warm_up", "-1 s is out of range: give 0 to 86400 s"),
         (&format!("rate: .nan\n{robots}"), "rate", "NaN ticks per second"),
         (&format!("publish_rate: 200\n{robots}"), "rate", "not above the rate"),
         (

@@ -28,6 +28,17 @@ pub struct Options {
     pub digest: bool,
     /// The plugins to wait for after each frame.
     pub lockstep: LockstepOptions,
+    /// The beginning that is driven as fast as possible.
+    pub warm_up: WarmUp,
+}
+
+/// The beginning of a run that is driven as fast as possible, before anybody watches.
+#[derive(Clone, Debug, Default)]
+pub struct WarmUp {
+    /// Its simulated time; none if zero.
+    pub duration: Duration,
+    /// The plugins that take part: the engine waits for them after each frame.
+    pub plugins: Vec<String>,
 }
 
 impl Default for Options {
@@ -42,6 +53,7 @@ impl Default for Options {
             ticks: None,
             digest: false,
             lockstep: LockstepOptions::default(),
+            warm_up: WarmUp::default(),
         }
     }
 }

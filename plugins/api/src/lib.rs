@@ -179,6 +179,7 @@ pub use ports::recording::{RecordingPublisher, RecordingReader, ReplayedRecordin
 pub use ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
 pub use ports::services;
 pub use ports::traffic::{TrafficPublisher, TrafficReader};
+pub use ports::work::{WorkPublisher, WorkReader};
 pub use ports::worlds::WorldReader;
 #[cfg(feature = "shared-memory")]
 pub use process::domain::{
@@ -211,7 +212,7 @@ pub use records::traffic::Traffic;
 pub use records::world::World;
 pub use records::{
     activity, closure, column, command, command_log, contact, control, event, frame, history,
-    manager, order, recording, route, sequence, traffic, world,
+    manager, order, recording, route, sequence, traffic, work, world,
 };
 pub use transport::local::LocalFleet;
 pub use visible::visible;

@@ -36,4 +36,5 @@ pub mod routes;
 pub mod services;
 mod slices;
 pub mod traffic;
+pub mod work;
 pub mod worlds;

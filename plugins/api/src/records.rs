@@ -64,6 +64,7 @@ pub mod recording;
 pub mod route;
 pub mod sequence;
 pub mod traffic;
+pub mod work;
 pub mod world;
 
 /// Returns the text in a field of UTF-8 that is padded with zeros, up to the first byte that is not

@@ -29,6 +29,7 @@ pub mod roads;
 mod run_figures;
 pub mod steering;
 pub mod traffic;
+mod work;
 
 pub use plugin::{Cli, PlannerKind, plugin};
 #[cfg(feature = "shared-memory")]

@@ -30,6 +30,7 @@ use crate::rehearsal::Rehearsal;
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
+use crate::work::Work;
 use regatta_orders::{InTurn, OrderPool, OrderSettings, Places};
 
 /// Makes a planner for the roads of a world.
@@ -135,6 +136,7 @@ struct Ports {
     batteries: ColumnReader,
     closures: ClosureReader,
     requests: ManagerServer,
+    work: Work,
 }
 
 /// The state between a new world and its first frame: the manager begins at the time of the frame.
@@ -355,6 +357,7 @@ impl Plugin for FleetManager {
             batteries: ColumnReader::open_on(fleet, BATTERY.name())?,
             closures: ClosureReader::open_on(fleet)?,
             requests: ManagerServer::open_on(fleet)?,
+            work: Work::open_on(fleet)?,
         });
         Ok(())
     }
@@ -418,10 +421,15 @@ impl Plugin for FleetManager {
             .iter()
             .zip(columns.state)
             .filter(|(_, state)| **state != RobotState::Absent as u8);
-        self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
+        let present = present.map(|(doing, _)| *doing);
+        self.figures.spend(secs.max(0.0), present.clone());
         // Full shared memory ends neither the work on orders nor their store.
         logged?;
         ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;
+        if ports.work.is_due(frame) {
+            let orders = manager.orders().figures(now_secs);
+            ports.work.publish(frame, &orders, &self.figures, present)?;
+        }
         self.figures.end_cycle(start.elapsed());
         Ok(())
     }
@@ -430,6 +438,7 @@ impl Plugin for FleetManager {
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.orders.update();
         ports.columns.update();
+        ports.work.update();
         // The clock may be paused: requests are answered all the same.
         Self::answer(ports, self.manager.as_mut(), self.run_id)
     }

@@ -106,7 +106,12 @@ impl RunFigures {
         open.fold(self.longest_without_finish_secs, f64::max)
     }
 
-    /// The effort of robots, as a table in Markdown.
+    /// The part of the robots' time that they spent on an activity, from 0 to 1.
+    pub(crate) fn share(&self, activity: Activity) -> f64 {
+        self.effort.share(activity)
+    }
+
+    /// The effort of robots, as lines for people.
     pub(crate) fn table(&self) -> String {
         self.effort.table()
     }

@@ -57,6 +57,7 @@ impl FleetReader {
             self.collisions.read_pairs(now),
             self.work.read_robots(work, now),
             self.work.read_orders(work, clock),
+            self.work.read_figures(work, clock),
             self.jams.read_world(),
             self.jams.read_traffic(),
         ];

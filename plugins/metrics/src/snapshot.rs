@@ -8,6 +8,7 @@ use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
+use regatta_plugin::work::WorkFigures;
 
 use crate::durations::{DurationStats, Histogram, TimeSummary};
 use crate::state_counts::StateCounts;
@@ -142,6 +143,8 @@ pub struct Work {
     pub robots: [u64; Activity::ALL.len()],
     /// Figures of its orders.
     pub orders: OrderFigures,
+    /// The figures of the run that it publishes, if it does.
+    pub run: Option<WorkFigures>,
     /// Distance and busy time of its robots.
     pub effort: Effort,
     /// Wall time that it spends on a frame, of the frames whose columns were read.

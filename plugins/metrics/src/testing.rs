@@ -138,6 +138,7 @@ pub fn work() -> Work {
             gaps: 2,
             since_secs: None,
         },
+        run: None,
         effort: Effort {
             busy_secs: 900.0,
             robot_secs: 1_000.0,

@@ -4,7 +4,10 @@
 use regatta_plugin::activity::Activity;
 use regatta_plugin::column::{ACTIVITY, ColumnHeader};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::{ColumnReader, Frame, OrderReader, Participant, ReadError, Result};
+use regatta_plugin::work::WorkFigures;
+use regatta_plugin::{
+    ColumnReader, Frame, OrderReader, Participant, ReadError, Result, WorkReader as FigureReader,
+};
 
 use crate::aggregator::{Aggregator, RunClock};
 use crate::durations::TimeRecorder;
@@ -15,11 +18,12 @@ use crate::snapshot::Work;
 /// Numbers of robots by activity, in the order of [`Activity::ALL`].
 type ByActivity = [u64; Activity::ALL.len()];
 
-/// A reader of the column `activity` and the order log of a fleet.
+/// A reader of the column `activity`, the order log and the figures of a fleet.
 #[derive(Debug)]
 pub struct WorkReader {
     column: ColumnReader,
     orders: OrderReader,
+    figures: FigureReader,
 }
 
 /// A manager's work, as far as it has been read.
@@ -27,6 +31,8 @@ pub struct WorkReader {
 pub struct WorkTally {
     robots: Option<Received<ByActivity>>,
     orders: OrderTally,
+    /// The figures that the manager publishes, with their run.
+    run: Option<(u64, WorkFigures)>,
     effort: EffortTally,
     cycles: Cycles,
 }
@@ -51,13 +57,14 @@ impl Cycles {
 }
 
 impl WorkReader {
-    /// Opens both, whether or not a manager publishes them yet.
+    /// Opens them, whether or not a manager publishes them yet.
     ///
     /// # Errors
     /// Fails if the fleet uses another version of the contract, or has no room for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
         let orders = OrderReader::open_on(participant)?;
-        Ok(Self { column: ColumnReader::open_on(participant, ACTIVITY.name())?, orders })
+        let figures = FigureReader::open_on(participant)?;
+        Ok(Self { column: ColumnReader::open_on(participant, ACTIVITY.name())?, orders, figures })
     }
 
     /// Adds the effort of robots since the frame before.
@@ -75,6 +82,20 @@ impl WorkReader {
             let robots = by_activity(column.values);
             tally.robots = Some(Received::new(column.header.run_id, now, robots));
         }
+        Ok(())
+    }
+
+    /// Reads the figures of a run that the manager publishes.
+    pub fn read_figures(
+        &mut self,
+        tally: &mut WorkTally,
+        clock: Option<RunClock>,
+    ) -> Result<(), ReadError> {
+        self.figures.take()?;
+        tally.run = clock.and_then(|clock| {
+            let figures = self.figures.of_run(clock.run_id)?;
+            Some((clock.run_id, *figures))
+        });
         Ok(())
     }
 
@@ -97,8 +118,15 @@ impl WorkTally {
     /// `activity`.
     pub fn work(&self, aggregator: &Aggregator) -> Option<Work> {
         let robots = *self.robots.as_ref()?.if_current(aggregator.newest()?)?;
-        let orders = self.orders.figures(&aggregator.clock()?);
-        Some(Work { robots, orders, effort: self.effort.effort, cycle: self.cycles.secs.summary() })
+        let clock = aggregator.clock()?;
+        let run = self.run.filter(|(run_id, _)| *run_id == clock.run_id);
+        Some(Work {
+            robots,
+            orders: self.orders.figures(&clock),
+            run: run.map(|(_, figures)| figures),
+            effort: self.effort.effort,
+            cycle: self.cycles.secs.summary(),
+        })
     }
 }
 

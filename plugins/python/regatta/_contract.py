@@ -514,6 +514,31 @@ class ClosedEdge(Record):
 
 
 @record
+class WorkHeader(Sequenced):
+    """The header of the figures of the fleet's work."""
+
+    run_id: u64
+    tick: u64
+    sequence: u64
+
+
+@record
+class WorkFigures(Record):
+    """The figures of the fleet's work so far, from the fleet manager."""
+
+    secs: f64
+    finished: u64
+    open: u64
+    failed: u64
+    orders_per_hour: f32
+    service_p50_secs: f32
+    service_p99_secs: f32
+    waiting: f32
+    busy: u32
+    robots: u32
+
+
+@record
 class RecordingHeader(Sequenced):
     """The description of a recording that is replayed. Times are nanoseconds on the recording's clock, which is
     ``ahead_nanos`` ahead of the simulated time of the run's frames."""

@@ -1,7 +1,8 @@
-"""Readers of the newest sample of a service: contacts, traffic and closed edges."""
+"""Readers of the newest sample of a service: contacts, traffic, closed edges and figures of work."""
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -17,6 +18,8 @@ from regatta._contract import (
     Record,
     Sequenced,
     TrafficHeader,
+    WorkFigures,
+    WorkHeader,
     dtype,
 )
 from regatta._errors import ReadError
@@ -168,3 +171,29 @@ class ClosureReader(NewestReader[ClosureHeader]):
         if self._newest is None or self._newest[0] != run_id:
             return np.empty(0, np.uint32)
         return self._newest[1]
+
+
+class WorkReader(NewestReader[WorkHeader]):
+    """Reads the figures of a fleet's work, which the fleet manager publishes once in a simulated second: those of the
+    run so far, also for a reader that is opened later::
+
+        work = fleet.work()
+        if figures := work.latest():
+            print(figures.orders_per_hour, figures.service_p50_secs)
+    """
+
+    def __init__(self, fleet: Fleet) -> None:
+        super().__init__(fleet, "work", WorkFigures, WorkHeader)
+        self._newest: WorkFigures | None = None
+
+    def latest(self) -> WorkFigures | None:
+        """Returns the newest figures, if there are some that this hasn't returned yet. Doesn't wait."""
+        sample = self._receiver.latest()
+        if sample is None or sample.payload.nbytes < ctypes.sizeof(WorkFigures):
+            return None
+        self._newest = WorkFigures.from_buffer_copy(sample.payload.tobytes())
+        return self._newest
+
+    def current(self) -> WorkFigures | None:
+        """Returns the figures that :meth:`latest` returned last."""
+        return self._newest

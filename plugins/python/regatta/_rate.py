@@ -37,8 +37,11 @@ class RateLimiter:
     def admits(self, header: FrameHeader) -> bool:
         """Registers a received frame, and returns whether the program gets it."""
         self._lockstep = header.lockstep != 0
-        # Behind by more than a period: don't hurry to catch up.
-        self._wall = max(self._wall + self._period, time.monotonic() - self._period)
+        now = time.monotonic()
+        # Behind by more than a period: don't hurry to catch up. Frames in lockstep come at any rate, and leave the wall
+        # clock where it is: a run may go on without lockstep.
+        following = now if self._lockstep else self._wall + self._period
+        self._wall = max(following, now - self._period)
         if header.run_id != self._run_id:
             self._run_id, self._simulated_nanos = header.run_id, header.sim_time_nanos
         if self._lockstep and header.sim_time_nanos < self._simulated_nanos:

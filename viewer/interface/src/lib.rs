@@ -49,6 +49,7 @@ pub mod settings;
 mod shortcuts;
 mod spots;
 mod state;
+mod strip;
 pub mod style;
 pub mod symbols;
 pub mod text;
@@ -108,6 +109,7 @@ impl Interface {
                 bar.show(context, ui);
             });
         });
+        self.strip(ui, model, &mut actions);
         Panel::bottom("bottom").exact_size(48.0).resizable(false).frame(frame).show(ui, |ui| {
             self.present(model, &mut actions, |interface, context| {
                 let shows_past = interface.timeline.shows_past;
@@ -144,6 +146,22 @@ impl Interface {
             ui.ctx().request_repaint();
         }
         (area.picture, self.timely(level.as_deref(), actions))
+    }
+
+    /// Shows the figures of the fleet's work, if they are known and there is room.
+    fn strip(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let Some(figures) = model.work() else { return };
+        if ui.ctx().content_rect().height() < strip::LEAST_WINDOW {
+            return;
+        }
+        let frame =
+            style::panel(self.settings.theme()).inner_margin(egui::Margin::symmetric(12, 2));
+        Panel::top("strip").exact_size(strip::HEIGHT).resizable(false).frame(frame).show(
+            ui,
+            |ui| {
+                self.present(model, actions, |_, context| strip::show(context, &figures, ui));
+            },
+        );
     }
 
     /// Shows everything that floats over the picture. `pointer` is the place of the pointer over

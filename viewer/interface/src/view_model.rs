@@ -7,6 +7,7 @@ use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::recording::RecordingMark;
+use regatta_plugin::work::WorkFigures;
 use regatta_plugin::{ColumnName, Contacts, World};
 pub use regatta_scene::Item;
 use regatta_scene::camera::Bounds;
@@ -85,6 +86,8 @@ pub struct ViewModel<'a> {
     pub values: &'a [(ColumnName, f32)],
     /// The selected robot's order, if the order log has named it.
     pub order: Option<RobotOrder>,
+    /// The figures of the fleet's work with their run, if a fleet manager publishes them.
+    pub work: Option<(u64, WorkFigures)>,
     /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
     /// The known part of the plans of all robots.
@@ -257,6 +260,12 @@ impl ViewModel<'_> {
     /// Whether the past of a live run is shown.
     pub fn is_past(&self) -> bool {
         self.timeline.and_then(|timeline| timeline.live).is_some_and(|live| live.is_past)
+    }
+
+    /// The figures of the work of the shown run. The past of a live run has none.
+    pub fn work(&self) -> Option<WorkFigures> {
+        let run_id = self.frame.filter(|_| !self.is_past())?.run_id();
+        self.work.filter(|(of_run, _)| *of_run == run_id).map(|(_, figures)| figures)
     }
 
     /// Returns the selected robot's value in a column, if it is published.

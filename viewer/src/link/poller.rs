@@ -8,9 +8,10 @@ use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::Filter;
 use regatta_interface::rows::{RowQuery, Rows};
 use regatta_plugin::column::{ACTIVITY, TYPE};
+use regatta_plugin::work::WorkFigures;
 use regatta_plugin::{
     ColumnName, ColumnReader, FleetName, OrderReader, Participant, ReadError, Result, Subscriber,
-    WorldReader, column_names,
+    WorkReader, WorldReader, column_names,
 };
 
 use super::{Fact, Report};
@@ -27,6 +28,8 @@ const FILTER_EVERY: Duration = Duration::from_millis(200);
 const VALUES_EVERY: Duration = Duration::from_millis(200);
 /// The time between two looks at the order log, which keeps some tens of ticks for a reader.
 const ORDERS_EVERY: Duration = Duration::from_millis(100);
+/// The time between two reads of the figures of work.
+const WORK_EVERY: Duration = Duration::from_millis(500);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
 /// The maximum number of columns that are read for the selected robot. Each occupies a reader's
@@ -85,6 +88,8 @@ struct Poller {
     order_log: OrderReader,
     orders: OpenOrders,
     orders_at: Instant,
+    work: WorkReader,
+    work_at: Instant,
     sort_at: Instant,
     list_at: Instant,
     values_at: Instant,
@@ -104,6 +109,8 @@ impl Poller {
             order_log: OrderReader::open_on(&participant)?,
             orders: OpenOrders::default(),
             orders_at: now,
+            work: WorkReader::open_on(&participant)?,
+            work_at: now,
             participant,
             query: RowQuery::default(),
             frames: None,
@@ -138,11 +145,9 @@ impl Poller {
         let rows = (!self.query.is_plain()).then_some(self.sort_at);
         let values = self.robot.map(|_| self.values_at);
         let filter = (!self.filters.is_empty()).then_some(self.filter_at);
+        let always = [self.list_at, self.orders_at, self.work_at].map(Some);
         let next =
-            [Some(self.list_at), Some(self.orders_at), filter, rows, values, self.routes.due()]
-                .into_iter()
-                .flatten()
-                .min();
+            always.into_iter().chain([filter, rows, values, self.routes.due()]).flatten().min();
         next.map_or(LIST_EVERY, |next| next.saturating_duration_since(Instant::now()))
     }
 
@@ -156,6 +161,10 @@ impl Poller {
         if Instant::now() >= self.orders_at {
             self.take_orders()?;
             self.orders_at = Instant::now() + ORDERS_EVERY;
+        }
+        if Instant::now() >= self.work_at {
+            found.push(Fact::Work(self.work()?).into());
+            self.work_at = Instant::now() + WORK_EVERY;
         }
         if self.query.is_plain() {
             self.frames = None;
@@ -205,6 +214,13 @@ impl Poller {
             Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.orders))
         });
         Ok(reports.collect())
+    }
+
+    /// Returns the figures of work with their run, if a living process publishes them.
+    fn work(&mut self) -> Result<Option<(u64, WorkFigures)>, ReadError> {
+        self.work.take()?;
+        let newest = self.work.newest().filter(|_| self.work.has_publisher());
+        Ok(newest.map(|(header, figures)| (header.run_id, *figures)))
     }
 
     fn take_orders(&mut self) -> Result<(), ReadError> {

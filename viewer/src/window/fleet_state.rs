@@ -11,6 +11,7 @@ use regatta_interface::robot_filter::{Filter, Matches, RobotSet};
 use regatta_interface::rows::Rows;
 use regatta_interface::view_model::Item;
 use regatta_plugin::control::ControlResponse;
+use regatta_plugin::work::WorkFigures;
 use regatta_plugin::{ColumnName, Frame};
 
 use crate::jams::JamQuery;
@@ -25,6 +26,8 @@ pub struct FleetState {
     pub labels: Labels,
     pub values: Vec<(ColumnName, f32)>,
     pub order: Option<RobotOrder>,
+    /// The figures of the fleet's work, with their run.
+    pub work: Option<(u64, WorkFigures)>,
     /// The filter that was requested last.
     pub filter: Filter,
     /// The robots that match it, or as long as they are not known, the filter before.
@@ -64,6 +67,7 @@ impl FleetState {
             Fact::Rows(rows) => self.rows.replace(rows) != self.rows,
             Fact::Columns(columns) => std::mem::replace(&mut self.columns, columns) != self.columns,
             Fact::Order(order) => std::mem::replace(&mut self.order, order) != self.order,
+            Fact::Work(work) => std::mem::replace(&mut self.work, work) != self.work,
             Fact::Values(values) => std::mem::replace(&mut self.values, values) != self.values,
         }
     }

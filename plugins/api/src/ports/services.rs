@@ -18,6 +18,7 @@
 //! | history, spots | 64 | 1 | 2 | 1 | 1 | 194 | 56 and 64 B each, 1,200 and 200 at most: 67 and 13 kB |
 //! | closures | 64 | 1 | 2 | 1 | 1 | 194 | 4 B an edge, 64 edges to begin with: 50 kB |
 //! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
+//! | work | 64 | 1 | 2 | 1 | 1 | 194 | 56 B, 64 records to begin with: 0.7 MB of address space |
 //! | contact events, command log, orders | 64 | 1024 | 1 | 0 | 1 | 1161 | 56, 40 and 40 B each, 64 to begin with: 4.2, 3.0 and 3.0 MB |
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
@@ -54,6 +55,7 @@ use crate::records::order::{OrderHeader, OrderRecord};
 use crate::records::recording::{RecordingHeader, RecordingMark};
 use crate::records::route::{RouteRequest, RouteResponse};
 use crate::records::traffic::{EdgeTraffic, TrafficHeader};
+use crate::records::work::{WorkFigures, WorkHeader};
 use crate::records::world::WorldHeader;
 
 /// The chunks of the frames' segment that are written to while there are one or two readers, of the
@@ -194,6 +196,9 @@ pub(crate) const CLOSURES: SliceService<ClosedEdge, ClosureHeader> =
 /// The recording that a replay plays.
 pub(crate) const RECORDING: SliceService<RecordingMark, RecordingHeader> =
     SliceService::new("recording", "recording", newest(1));
+/// The figures of the fleet's work, from the fleet manager.
+pub(crate) const WORK: SliceService<WorkFigures, WorkHeader> =
+    SliceService::new("work", "the figures of work", newest(1));
 /// The commands to robots.
 pub(crate) const COMMANDS: SliceService<CommandRecord, CommandHeader> =
     SliceService::new("commands", "commands", DELIVERED);

@@ -95,8 +95,10 @@ impl RateLimiter {
     pub(super) fn admits(&mut self, frame: &Frame<'_>) -> bool {
         self.lockstep = frame.header().lockstep != 0;
         let now = Instant::now();
-        // Behind by more than a period: don't hurry to catch up.
-        self.wall = (self.wall + self.period).max(now.checked_sub(self.period).unwrap_or(now));
+        // Behind by more than a period: don't hurry to catch up. Frames in lockstep come at any
+        // rate, and leave the wall clock where it is: a run may go on without lockstep.
+        let next = if self.lockstep { now } else { self.wall + self.period };
+        self.wall = next.max(now.checked_sub(self.period).unwrap_or(now));
         if frame.run_id() != self.run_id {
             (self.run_id, self.simulated) = (frame.run_id(), frame.sim_time());
         }
@@ -125,6 +127,18 @@ mod tests {
         for meaningless in [0.0, -1.0, f64::NAN] {
             assert_eq!(Rate::PerSecond(meaningless).period(), Duration::ZERO);
         }
+    }
+
+    #[test]
+    fn a_run_that_leaves_the_lockstep_keeps_nobody_waiting() {
+        let mut limiter = RateLimiter::new(Rate::PerSecond(10.0));
+        for tick in 0..1000 {
+            let header = FrameHeader { lockstep: 1, tick, ..FrameHeader::default() };
+            limiter.admits(&Frame::new(&header, &[]).expect("a frame without robots"));
+        }
+        let header = FrameHeader { tick: 1000, ..FrameHeader::default() };
+        assert!(limiter.admits(&Frame::new(&header, &[]).expect("a frame without robots")));
+        assert!(limiter.left() <= Duration::from_millis(100), "{:?}", limiter.left());
     }
 
     #[test]

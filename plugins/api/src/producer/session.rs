@@ -38,6 +38,19 @@ pub(super) struct Pending {
     pub(super) refusal: Option<RefusalReason>,
 }
 
+/// The shortest time that the readers of a warm-up have for a frame: for the first one, they may
+/// have to prepare.
+const WARM_UP_TIMEOUT: Duration = Duration::from_mins(1);
+
+/// The settings of a session after its warm-up.
+#[derive(Debug)]
+struct AfterWarmUp {
+    /// The simulated time at which it ends, in nanoseconds.
+    from_nanos: u64,
+    speed: Speed,
+    lockstep: LockstepOptions,
+}
+
 /// Who reads the frames of a session.
 #[derive(Debug)]
 enum Readers {
@@ -89,6 +102,8 @@ pub struct Session {
     /// The time since when shared memory has been full.
     full_since: Option<Instant>,
     frames_left_out: u64,
+    /// `None` if there is no warm-up, or it is over.
+    after_warm_up: Option<AfterWarmUp>,
 }
 
 impl Session {
@@ -136,7 +151,50 @@ impl Session {
             has_begun: false,
             full_since: None,
             frames_left_out: 0,
+            after_warm_up: None,
         }
+    }
+
+    /// Lets the run begin with a warm-up: so much simulated time is driven at full speed, in
+    /// lockstep with readers of these names, so that it repeats bit by bit. Then the speed and the
+    /// lockstep of the session begin. A reader that doesn't take part ends the warm-up early.
+    #[must_use]
+    pub fn warmed_up(mut self, duration: Duration, names: &[String]) -> Self {
+        let Readers::Processes(lockstep) = &mut self.readers else { return self };
+        if duration.is_zero() {
+            return self;
+        }
+        let others = names.iter().filter(|name| !lockstep.names.contains(name)).cloned();
+        let warming = LockstepOptions {
+            names: lockstep.names.iter().cloned().chain(others).collect(),
+            timeout: lockstep.timeout.max(WARM_UP_TIMEOUT),
+        };
+        self.after_warm_up = Some(AfterWarmUp {
+            from_nanos: duration.as_nanos() as u64,
+            speed: self.clock.speed(),
+            lockstep: std::mem::replace(lockstep, warming),
+        });
+        self.clock = Clock::new(Speed::Max, 0, self.started);
+        self
+    }
+
+    /// Ends the warm-up at its time.
+    fn end_warm_up_if_due(&mut self) {
+        if self.after_warm_up.as_ref().is_some_and(|after| self.now.sim_nanos >= after.from_nanos) {
+            self.end_warm_up();
+        }
+    }
+
+    fn end_warm_up(&mut self) {
+        let Some(AfterWarmUp { speed, lockstep, .. }) = self.after_warm_up.take() else { return };
+        self.readers = Readers::Processes(lockstep);
+        let now = Instant::now();
+        // Somebody who has set another speed since, or has paused, gets it.
+        if self.clock.speed() == Speed::Max {
+            self.clock.set_speed(speed, self.now.sim_nanos, self.now.sim_nanos, now);
+        }
+        self.clock.restart(self.next_tick().sim_nanos, now);
+        self.figures.restart(self.now.sim_nanos, now);
     }
 
     /// Runs a producer until it ends or the process is asked to end.
@@ -176,6 +234,7 @@ impl Session {
     /// # Errors
     /// As [`run`](Self::run).
     pub fn advance<P: Producer>(&mut self, producer: &mut P) -> Result<bool, P::Error> {
+        self.end_warm_up_if_due();
         self.answer_requests(producer)?;
         producer.between_ticks(self)?;
         match producer.next_moment(self)? {
@@ -252,6 +311,11 @@ impl Session {
                 match self.ports.wait_done(&lockstep.names, self.now.tick, lockstep.timeout) {
                     Err(LockstepError::Interrupted { .. }) if !Termination::was_requested() => {}
                     Err(LockstepError::Interrupted { .. }) => return Ok(()),
+                    Err(error @ LockstepError::Timeout { .. }) if self.after_warm_up.is_some() => {
+                        crate::tell!("the warm-up ends early: {error}");
+                        self.end_warm_up();
+                        return Ok(());
+                    }
                     outcome => return outcome,
                 }
             }

@@ -31,6 +31,7 @@ use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
+use regatta_plugin::work::{WorkFigures, WorkHeader};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Role, Shape,
     WorldHeader, ZoneRecord, ZoneRule,
@@ -38,7 +39,7 @@ use regatta_plugin::world::{
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
     ManagerServer, OrderReader, Ownership, Participant, RecordingReader, Result, RouteServer,
-    TrafficReader, services,
+    TrafficReader, WorkReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -116,6 +117,9 @@ fn all_records() -> Map<String, Value> {
         ManagerResponse { order, answer, robot }
         ClosureHeader { run_id, tick, sequence }
         ClosedEdge { edge }
+        WorkHeader { run_id, tick, sequence }
+        WorkFigures { secs, finished, open, failed, orders_per_hour, service_p50_secs, service_p99_secs, waiting, busy,
+            robots }
         RecordingHeader { run_id, sequence, start_nanos, end_nanos, ahead_nanos, searched_nanos, left_out, file, note }
         RecordingMark { time_nanos, kind, robot, count, reserved }
         Done { run_id, tick, name }
@@ -177,6 +181,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let (_manager, _owner) = (ManagerServer::open_on(&other)?, Ownership::claim(&other)?);
     let (_recording, _history) =
         (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
+    let _work = WorkReader::open_on(&other)?;
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {

@@ -7,6 +7,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use regatta_plugin::activity::Activity;
+use regatta_plugin::work::WorkFigures;
 
 use super::table::fitted;
 use super::theme::section;
@@ -35,8 +36,12 @@ const ORDER: [Activity; Activity::COUNT] = [
 
 /// Draws the counts of orders, the robots of each activity that has any, and the times of orders.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
-    let area = section(frame, area, title(&work.orders), counts(&work.orders));
-    let lines = [robots(work), times(&work.orders), effort(work)];
+    let (title, counts, times) = match &work.run {
+        Some(run) => ("orders".to_owned(), run_counts(run, &work.orders), run_times(run)),
+        None => (title(&work.orders), counts(&work.orders), times(&work.orders)),
+    };
+    let area = section(frame, area, title, counts);
+    let lines = [robots(work), times, effort(work)];
     let lines = lines.map(|line| fitted(line, area.width));
     frame.render_widget(Paragraph::new(lines.to_vec()), area);
 }
@@ -52,10 +57,21 @@ fn title(orders: &OrderFigures) -> String {
     }
 }
 
-/// Formats the numbers of orders. Those of failed and cancelled ones are shown only if there are
-/// any.
+/// Formats the numbers of orders.
 fn counts(orders: &OrderFigures) -> Line<'static> {
     let per_hour = orders.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
+    numbers(orders, per_hour)
+}
+
+/// Formats the numbers of orders of the run, as its manager publishes them.
+fn run_counts(run: &WorkFigures, read: &OrderFigures) -> Line<'static> {
+    let orders =
+        OrderFigures { open: Some(run.open), finished: run.finished, failed: run.failed, ..*read };
+    numbers(&orders, Some(run.orders_per_hour.round() as u64))
+}
+
+/// Formats numbers of orders. Those of failed and cancelled ones are shown only if there are any.
+fn numbers(orders: &OrderFigures, per_hour: Option<u64>) -> Line<'static> {
     let counts = [
         (orders.open, "open", theme::quiet()),
         (Some(orders.finished), "finished", theme::quiet()),
@@ -105,6 +121,21 @@ fn times(orders: &OrderFigures) -> Line<'static> {
         add_figure(&mut spans, name, text, "  ");
     }
     spans.push(Span::styled("(mean, p50, p99, longest)", theme::quiet()));
+    Line::from(spans)
+}
+
+/// Formats the service times of the run and the work of its robots, as its manager publishes them.
+fn run_times(run: &WorkFigures) -> Line<'static> {
+    let service = run.service_secs();
+    let [p50, p99] =
+        [0, 1].map(|at| service.map(|secs| format!("{} s", seconds(f64::from(secs[at])))));
+    let mut spans = Vec::new();
+    add_figure(&mut spans, "service p50 ", p50, "  ");
+    add_figure(&mut spans, "p99 ", p99, "  ");
+    add_figure(&mut spans, "waiting ", Some(percent(f64::from(run.waiting))), "  ");
+    let busy =
+        format!("{} of {}", format::count(run.busy.into()), format::count(run.robots.into()));
+    add_figure(&mut spans, "busy ", Some(busy), " robots");
     Line::from(spans)
 }
 
@@ -169,6 +200,32 @@ mod tests {
             assert_eq!(line.matches(&text).count(), 1, "{line}");
         }
         assert_eq!(robots(&Work::default()).width(), 0);
+    }
+
+    #[test]
+    fn figures_of_the_run_are_those_of_its_manager() {
+        let run = WorkFigures {
+            finished: 9_000,
+            open: 40,
+            orders_per_hour: 7_654.4,
+            service_p50_secs: 61.2,
+            service_p99_secs: 240.0,
+            waiting: 0.126,
+            busy: 340,
+            robots: 1_400,
+            ..WorkFigures::default()
+        };
+        let read = testing::work().orders;
+        assert_eq!(
+            run_counts(&run, &read).to_string(),
+            "40 open, 9,000 finished, 7,654 an hour, 7 cancelled"
+        );
+        assert_eq!(
+            run_times(&run).to_string(),
+            "service p50 61 s  p99 240 s  waiting 13 %  busy 340 of 1,400 robots"
+        );
+        let begun = WorkFigures { service_p50_secs: f32::NAN, ..run };
+        assert!(run_times(&begun).to_string().starts_with("service p50 –  p99 –"));
     }
 
     #[test]

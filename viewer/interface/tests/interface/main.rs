@@ -39,6 +39,7 @@ use regatta_plugin::history::FleetSample as Sample;
 use regatta_plugin::order::StopAction;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 use regatta_plugin::traffic::EdgeTraffic;
+use regatta_plugin::work::WorkFigures;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_scene::camera::{Bounds, Camera};
@@ -66,6 +67,7 @@ struct Fixture {
     rows: Option<Rows>,
     status: Option<ControlResponse>,
     engine: EngineState,
+    work: Option<(u64, WorkFigures)>,
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
@@ -146,6 +148,7 @@ impl Fixture {
                 ..ControlResponse::default()
             }),
             engine: EngineState::Running,
+            work: None,
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),
             actions: Vec::new(),
@@ -165,6 +168,7 @@ impl Fixture {
             .map(|(name, value)| (name.parse().expect("a name"), *value))
             .collect();
         let model = ViewModel {
+            work: self.work,
             fleet: "test",
             engine: self.engine,
             status: self.status.as_ref(),

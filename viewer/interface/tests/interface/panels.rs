@@ -230,3 +230,16 @@ fn cameras_of_everything_are_flown_to_as_those_of_a_place() {
         assert!(name == "dock" || corners.iter().all(is_free), "{name}: {corners:?}");
     }
 }
+
+#[test]
+fn the_strip_shows_the_figures_of_the_shown_run_only() {
+    let mut harness = harness(Fixture::new(5));
+    let run_id = harness.state().header.run_id;
+    let figures = WorkFigures { orders_per_hour: 7_654.0, ..WorkFigures::default() };
+    harness.state_mut().work = Some((run_id, figures));
+    harness.run_steps(2);
+    assert!(harness.query_by_label("7\u{a0}654").is_some(), "the figures of this run");
+    harness.state_mut().work = Some((run_id + 1, figures));
+    harness.run_steps(2);
+    assert!(harness.query_by_label("7\u{a0}654").is_none(), "another run has other figures");
+}

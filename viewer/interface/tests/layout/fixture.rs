@@ -14,6 +14,7 @@ use regatta_plugin::Contacts;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::{ColumnsMut, Frame, FrameHeader, Line, frame_lines, stride_lines};
+use regatta_plugin::work::WorkFigures;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::palette::{Colouring, Legend, Theme};
@@ -48,6 +49,8 @@ pub struct Fixture {
     pub picture: Rect,
     pub actions: Vec<Action>,
     pub engine: EngineState,
+    /// The figures of the fleet's work, with their run.
+    pub work: Option<(u64, WorkFigures)>,
     /// The figures of a collision checker.
     pub contacts: Option<ContactHeader>,
     pub pairs: Vec<ContactRecord>,
@@ -59,7 +62,7 @@ pub struct Fixture {
 }
 
 /// The names of all bars and panels.
-pub const PANELS: [&str; 6] = ["top", "bottom", "timeline", "plots", "left", "right"];
+pub const PANELS: [&str; 7] = ["top", "strip", "bottom", "timeline", "plots", "left", "right"];
 
 impl Fixture {
     fn new() -> Self {
@@ -106,6 +109,7 @@ impl Fixture {
             picture: Rect::ZERO,
             actions: Vec::new(),
             engine: EngineState::Running,
+            work: None,
             contacts: None,
             pairs: Vec::new(),
             timeline: None,
@@ -129,6 +133,7 @@ impl Fixture {
     fn show(&mut self, ui: &mut egui::Ui) {
         let status = ControlResponse { robots: 20, speed: 1.0, ..ControlResponse::default() };
         let model = ViewModel {
+            work: self.work,
             timeline: self.timeline,
             jams: &self.jams,
             density: None,

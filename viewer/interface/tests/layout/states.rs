@@ -13,6 +13,7 @@ use regatta_interface::view_model::{EngineState, Live, Timeline};
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::history::FleetSample;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
+use regatta_plugin::work::WorkFigures;
 use regatta_scene::heat::HeatFacts;
 use regatta_scene::palette::{Colouring, Theme};
 
@@ -28,7 +29,7 @@ struct State {
     placed: &'static [&'static str],
 }
 
-const STATES: [State; 9] = [
+const STATES: [State; 10] = [
     State {
         name: "plots",
         prepare: plots,
@@ -63,7 +64,25 @@ const STATES: [State; 9] = [
     },
     State { name: "hot spots", prepare: hot_spots, keys: &[], placed: &["legend"] },
     State { name: "log", prepare: log, keys: &[], placed: &["legend"] },
+    State { name: "work", prepare: work, keys: &[], placed: &["legend", "view cube"] },
 ];
+
+/// The figures of a fleet at work, with long numbers.
+fn work(fixture: &mut Fixture) {
+    let figures = WorkFigures {
+        secs: 86_400.0,
+        finished: 1_234_567,
+        open: 12_345,
+        orders_per_hour: 123_456.0,
+        service_p50_secs: 123.0,
+        service_p99_secs: 9_876.0,
+        waiting: 0.333,
+        busy: 12_345,
+        robots: 100_000,
+        ..WorkFigures::default()
+    };
+    fixture.work = Some((fixture.header.run_id, figures));
+}
 
 pub fn plots(fixture: &mut Fixture) {
     fixture.interface.settings.plots = true;

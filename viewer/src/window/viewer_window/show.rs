@@ -71,6 +71,7 @@ impl ViewerWindow {
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
             order: self.fleet_state.order,
+            work: self.fleet_state.work,
             route: match self.interface.selection.item {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,

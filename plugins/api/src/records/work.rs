@@ -1,0 +1,63 @@
+//! The work of a fleet so far: figures of its transport orders and robots, on `regatta/F/work`. The
+//! fleet manager publishes them about once in a simulated second, so that all readers, late ones
+//! too, show the figures that the manager reports at the end of the run.
+
+use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::sequence::Sequenced;
+
+/// The iceoryx2 user header of `regatta/F/work`. The payload is one [`WorkFigures`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
+#[repr(C)]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_WorkHeader"))]
+pub struct WorkHeader {
+    /// The run that the figures belong to.
+    pub run_id: u64,
+    /// The tick of the last frame that they include.
+    pub tick: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
+}
+
+/// The figures of a run so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
+#[repr(C)]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_WorkFigures"))]
+pub struct WorkFigures {
+    /// Simulated seconds that the figures cover: since the manager began to take orders.
+    pub secs: f64,
+    /// Finished orders.
+    pub finished: u64,
+    /// Orders that aren't over.
+    pub open: u64,
+    /// Orders that the manager has given up.
+    pub failed: u64,
+    /// Finished orders an hour of the covered time.
+    pub orders_per_hour: f32,
+    /// The median time from when robots could have an order to its end, in seconds; NaN if no order
+    /// is finished.
+    pub service_p50_secs: f32,
+    /// The 99th percentile of these times, in seconds; NaN if no order is finished.
+    pub service_p99_secs: f32,
+    /// The part of the robots' time that they waited for room to drive on, from 0 to 1.
+    pub waiting: f32,
+    /// Robots with an order now.
+    pub busy: u32,
+    /// Robots now.
+    pub robots: u32,
+}
+
+super::sequence::sequenced!(WorkHeader: sequence);
+
+impl WorkFigures {
+    /// The median and the 99th percentile of service times, in seconds; `None` if no order is
+    /// finished.
+    pub fn service_secs(&self) -> Option<[f32; 2]> {
+        let secs = [self.service_p50_secs, self.service_p99_secs];
+        secs.iter().all(|secs| secs.is_finite()).then_some(secs)
+    }
+}
