@@ -37,6 +37,9 @@ const STALLED_WEIGHT: f32 = 0.25;
 /// The part of the best score from which on the first planner, which jams the least, is as good as
 /// the best.
 const AS_GOOD: f32 = 0.92;
+/// The standard deviations by which the best score has to be above that of a planner without
+/// stalls: counts of some stops vary by about their square root.
+const LEAST_DEVIATIONS: f32 = 2.0;
 /// The part of the best score so far below which a planner isn't rehearsed any more.
 const HOPELESS: f32 = 0.6;
 
@@ -95,23 +98,21 @@ impl<'a> Rehearsal<'a> {
         let affordable = kinds.partition_point(|kind| self.affordable_secs(*kind) >= LEAST_SECS);
         let kinds = &mut kinds[..affordable];
         let secs = kinds.iter().map(|kind| self.affordable_secs(*kind)).fold(MOST_SECS, f64::min);
-        let mut scores: Vec<(f32, PlannerKind)> = kinds.iter().map(|kind| (0.0, *kind)).collect();
+        let mut scores: Vec<Score> = kinds.iter().map(|kind| Score::of(*kind)).collect();
         for number in 0..REHEARSALS {
             let hopeless = HOPELESS * best(&scores);
-            if scores.iter().filter(|(score, _)| *score >= hopeless).count() == 1 {
+            if scores.iter().filter(|score| score.stops >= hopeless).count() == 1 {
                 break;
             }
-            for (score, kind) in scores.iter_mut().filter(|(score, _)| *score >= hopeless) {
-                *score += self.score(*kind, secs, number);
+            for score in scores.iter_mut().filter(|score| score.stops >= hopeless) {
+                score.add(self.rehearse(score.kind, secs, number));
             }
         }
-        let as_good = AS_GOOD * best(&scores);
-        for (score, _) in &mut scores {
-            *score = if *score >= as_good { f32::INFINITY } else { *score };
-        }
-        scores.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (kind, (_, sorted)) in kinds.iter_mut().zip(scores) {
-            *kind = sorted;
+        let best = best(&scores);
+        // The sort is stable: among those as good as the best, the first stays first.
+        scores.sort_by(|a, b| b.rank(best).total_cmp(&a.rank(best)));
+        for (kind, score) in kinds.iter_mut().zip(scores) {
+            *kind = score.kind;
         }
     }
 
@@ -123,13 +124,6 @@ impl<'a> Rehearsal<'a> {
             _ => MOST_ROBOT_CYCLES / robots,
         };
         cycles * CYCLE_SECS / REHEARSALS as f64
-    }
-
-    /// Returns the number of stops that robots handle under a planner in a rehearsal of some
-    /// simulated seconds. They count less if robots stall.
-    fn score(&self, kind: PlannerKind, secs: f64, number: u64) -> f32 {
-        let (stops, has_stalled) = self.rehearse(kind, secs, number);
-        stops as f32 * if has_stalled { STALLED_WEIGHT } else { 1.0 }
     }
 
     /// Returns the number of stops that robots handle in a rehearsal, and whether a robot stalled.
@@ -155,9 +149,38 @@ impl<'a> Rehearsal<'a> {
     }
 }
 
-/// The best of some scores.
-fn best(scores: &[(f32, PlannerKind)]) -> f32 {
-    scores.iter().map(|(score, _)| *score).fold(0.0, f32::max)
+/// The stops that robots handled under a planner, in all of its rehearsals.
+struct Score {
+    kind: PlannerKind,
+    /// Those of rehearsals in which robots stalled count less.
+    stops: f32,
+    has_stalled: bool,
+}
+
+impl Score {
+    fn of(kind: PlannerKind) -> Self {
+        Self { kind, stops: 0.0, has_stalled: false }
+    }
+
+    fn add(&mut self, (stops, has_stalled): (usize, bool)) {
+        self.stops += stops as f32 * if has_stalled { STALLED_WEIGHT } else { 1.0 };
+        self.has_stalled |= has_stalled;
+    }
+
+    /// The number to compare it with others by; infinity if it is as good as the best.
+    fn rank(&self, best: f32) -> f32 {
+        let is_near = self.stops >= AS_GOOD * best;
+        let is_within_chance = best - self.stops <= LEAST_DEVIATIONS * best.sqrt();
+        match is_near || (is_within_chance && !self.has_stalled) {
+            true => f32::INFINITY,
+            false => self.stops,
+        }
+    }
+}
+
+/// The stops under the best planner.
+fn best(scores: &[Score]) -> f32 {
+    scores.iter().map(|score| score.stops).fold(0.0, f32::max)
 }
 
 /// The robots of the model, and the columns of its frames.
@@ -310,5 +333,16 @@ mod tests {
         let rehearsal = Rehearsal::new(&roads, &orders, &columns, &[]);
         let (stops, has_stalled) = rehearsal.rehearse(PlannerKind::Lanes, 900.0, 0);
         assert!(stops > 20 && !has_stalled, "{stops}");
+    }
+
+    #[test]
+    fn some_stops_more_are_chance_and_stalls_are_not() {
+        let rank = |stops: f32, has_stalled: bool, best: f32| {
+            Score { kind: PlannerKind::Lanes, stops, has_stalled }.rank(best)
+        };
+        assert_eq!(rank(7.0, false, 11.0), f32::INFINITY);
+        assert_eq!(rank(7.0, true, 11.0), 7.0);
+        assert_eq!(rank(70.0, false, 110.0), 70.0);
+        assert_eq!(rank(103.0, true, 110.0), f32::INFINITY);
     }
 }

@@ -18,9 +18,17 @@ pub struct DrivingTimes {
     known: usize,
     /// The number of times prepared since the last [`begin`](Self::begin).
     spent: usize,
+    /// Whether robots drive in reverse gear only where no other way leads to their goal.
+    prefers_forward: bool,
 }
 
 impl DrivingTimes {
+    /// Makes the times of robots that drive in reverse gear only where no other way leads to their
+    /// goal.
+    pub fn of_forward_gear() -> Self {
+        Self { prefers_forward: true, ..Self::default() }
+    }
+
     /// Begins another cycle, in which some more driving times may be computed.
     pub fn begin(&mut self) {
         self.spent = 0;
@@ -49,7 +57,14 @@ impl DrivingTimes {
             // Streets are longer than the distance, and robots slower than 1 m/s on part of them.
             return Some(1.5 * f64::from(offset.x.hypot(offset.y)));
         }
-        let millis = roads.millis_to(goal)[node as usize];
+        let forward = match self.prefers_forward {
+            true => roads.forward_millis_to(goal)[node as usize],
+            false => u32::MAX,
+        };
+        let millis = match forward {
+            u32::MAX => roads.millis_to(goal)[node as usize],
+            millis => millis,
+        };
         (millis != u32::MAX).then(|| f64::from(millis) / 1000.0)
     }
 

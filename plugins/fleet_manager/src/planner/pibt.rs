@@ -90,7 +90,7 @@ impl Pibt {
         Self {
             settings,
             hops: Hops::new(roads),
-            times: DrivingTimes::default(),
+            times: DrivingTimes::of_forward_gear(),
             admission: Admission::new(roads, settings.density),
             taken: vec![None; roads.nodes() as usize],
             stands: BTreeMap::new(),

@@ -16,6 +16,8 @@ pub(super) struct DrivingTimes {
     arrivals: Rows<Arrival>,
     /// By goal: milliseconds from each node; `u32::MAX` from where it can't be reached.
     trees: Box<[OnceLock<Box<[u32]>>]>,
+    /// The same without reverse gear.
+    forward_trees: Box<[OnceLock<Box<[u32]>>]>,
     /// By node: a node of the part of the roads in which all nodes can be reached from each other.
     parts: Vec<u32>,
     /// By such a node: whether its part can be reached from each node.
@@ -29,6 +31,7 @@ struct Arrival {
     start: u32,
     /// Its driving time, in milliseconds.
     millis: u32,
+    is_reverse: bool,
 }
 
 impl Roads {
@@ -36,7 +39,14 @@ impl Roads {
     /// `u32::MAX` from where it can't be reached.
     pub fn millis_to(&self, goal: u32) -> &[u32] {
         let times = self.driving_times();
-        times.trees[goal as usize].get_or_init(|| times.tree(goal))
+        times.trees[goal as usize].get_or_init(|| times.tree(goal, |_| true))
+    }
+
+    /// The same without reverse gear.
+    pub fn forward_millis_to(&self, goal: u32) -> &[u32] {
+        let times = self.driving_times();
+        let tree = || times.tree(goal, |leg| !leg.is_reverse);
+        times.forward_trees[goal as usize].get_or_init(tree)
     }
 
     /// Returns a node of the part of the roads around a node in which all nodes can be reached from
@@ -69,7 +79,8 @@ impl DrivingTimes {
         legs.sort_unstable();
         let arrivals = legs.into_iter().map(|(end, leg)| {
             let secs = roads.edge(leg.edge()).length / roads.allowed_speed(leg);
-            (end, Arrival { start: roads.start(leg), millis: (1000.0 * secs) as u32 + 1 })
+            let millis = (1000.0 * secs) as u32 + 1;
+            (end, Arrival { start: roads.start(leg), millis, is_reverse: leg.is_reverse() })
         });
         let arrivals = Rows::of_sorted(roads.nodes() as usize, arrivals);
         let starts = (0..arrivals.len() as u32)
@@ -77,15 +88,16 @@ impl DrivingTimes {
         // The components are the same in both directions.
         let parts = strong_components(&Rows::of_sorted(arrivals.len(), starts));
         let trees = (0..arrivals.len()).map(|_| OnceLock::new()).collect();
+        let forward_trees = (0..arrivals.len()).map(|_| OnceLock::new()).collect();
         let sources = (0..arrivals.len()).map(|_| OnceLock::new()).collect();
-        Self { arrivals, trees, parts, sources }
+        Self { arrivals, trees, forward_trees, parts, sources }
     }
 
-    /// Returns the driving times from all nodes to a goal, in milliseconds.
-    fn tree(&self, goal: u32) -> Box<[u32]> {
+    /// Returns the driving times from all nodes to a goal along some legs, in milliseconds.
+    fn tree(&self, goal: u32, takes: impl Fn(&Arrival) -> bool) -> Box<[u32]> {
         let mut millis = vec![u32::MAX; self.arrivals.len()];
         lower_costs(&mut millis, [(goal, 0)], |node, so_far| {
-            let arrivals = self.arrivals.row(node).iter();
+            let arrivals = self.arrivals.row(node).iter().filter(|leg| takes(leg));
             arrivals.map(move |leg| (leg.start, so_far.saturating_add(leg.millis)))
         });
         millis.into_boxed_slice()
