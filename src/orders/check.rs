@@ -74,8 +74,8 @@ impl Check {
     fn by_hour(&self) -> Vec<(u64, u64)> {
         let [first, last] = [self.hours.keys().next(), self.hours.keys().next_back()];
         let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
-        let orders = |hour| self.hours.get(&hour).copied().unwrap_or_default();
-        (*first..=*last).map(|hour| (hour, orders(hour))).collect()
+        let hours = *first..=*last;
+        hours.map(|hour| (hour, self.hours.get(&hour).copied().unwrap_or_default())).collect()
     }
 
     /// The flows, the largest first.

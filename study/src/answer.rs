@@ -2,6 +2,7 @@
 
 mod comparison;
 mod least;
+mod time;
 
 use std::collections::BTreeMap;
 
@@ -18,6 +19,7 @@ use crate::workers::RunFailure;
 
 pub use comparison::{Comparison, Difference};
 pub use least::{Binding, LeastAnswer, TargetAnswer};
+pub use time::{GroupTime, PartAnswer, TimeAnswer};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
 #[derive(Clone, Debug, Serialize)]
@@ -38,6 +40,8 @@ pub struct Answer {
     pub bottlenecks: Vec<Bottleneck>,
     /// The edges of the first variant at its knee: means over the runs there.
     pub edges: Vec<EdgeOutcome>,
+    /// The time of the first variant's orders with the number of robots of the answer.
+    pub time: TimeAnswer,
 }
 
 /// The method of a study.
@@ -154,6 +158,10 @@ pub struct PointAnswer {
     pub waiting: Option<Interval>,
     /// The part of the way without a load.
     pub empty: Option<Interval>,
+    /// The parts of an order's time, which add up to its mean time.
+    pub order_time: Vec<PartAnswer>,
+    /// The parts of the robots' time, which add up to 1.
+    pub robot_time: Vec<PartAnswer>,
     /// The warm-up that was cut off, in seconds: the mean.
     pub warm_up_secs: Option<Interval>,
     /// Contacts in all runs.
@@ -207,6 +215,7 @@ impl Answer {
         places: &[Option<String>],
         bottlenecks: Vec<Bottleneck>,
         edges: Vec<EdgeOutcome>,
+        time: TimeAnswer,
     ) -> Self {
         let Precision { least_seeds, most_seeds, interval, knee, .. } = plan.precision;
         let method = Method {
@@ -237,7 +246,17 @@ impl Answer {
         }
         let (title, program) = (plan.title.clone(), plan.program.clone());
         let certificate = plan.variants.first().map(certificate).unwrap_or_default();
-        Self { title, program, method, certificate, variants, comparisons, bottlenecks, edges }
+        Self {
+            title,
+            program,
+            method,
+            certificate,
+            variants,
+            comparisons,
+            bottlenecks,
+            edges,
+            time,
+        }
     }
 
     /// Whether a run failed, so that a part of the answer is missing or less precise. Robots that
@@ -348,6 +367,8 @@ impl PointAnswer {
             utilisation: point.interval(|run| Some(run.utilisation)),
             waiting: point.interval(|run| Some(run.waiting)),
             empty: point.interval(|run| run.empty),
+            order_time: time::order_time(point),
+            robot_time: time::robot_time(point),
             warm_up_secs: point.interval(|run| Some(run.warm_up_secs)),
             contacts: point.runs.iter().map(|run| run.contacts).sum(),
             unserved: point.runs.iter().map(|run| run.unserved).sum(),

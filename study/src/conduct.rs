@@ -4,10 +4,10 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::answer::{Answer, Difference};
+use crate::answer::{Answer, Difference, TimeAnswer};
 use crate::bottleneck::{Bottleneck, Relief, bottlenecks};
 use crate::job::{Job, JobId};
-use crate::outcome::{EdgeOutcome, Measured};
+use crate::outcome::Measured;
 use crate::plan::{Plan, PlanError, Question, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
 use crate::sweep::{self, Curve, Known, Point, Run, RunResult, Step};
@@ -95,7 +95,7 @@ impl<'a> Conductor<'a> {
         if let (Some((_, reason)), true) = (first.failed.first(), first.points.is_empty()) {
             return Err(StudyError::AllFailed(reason.clone()));
         }
-        let (mut found, mut edges) = (Vec::new(), Vec::new());
+        let (mut found, mut edges, mut time) = (Vec::new(), Vec::new(), TimeAnswer::default());
         if let Some(chosen) = first.chosen() {
             let point = &first.points[chosen];
             let (robots, seeds) = (point.robots, point.runs.len() as u64);
@@ -105,7 +105,9 @@ impl<'a> Conductor<'a> {
                 let others = runs(1..experiments.len(), robots, seeds);
                 self.round(&mut experiments, &others)?;
             }
-            edges = self.edges(&experiments[0], point);
+            let ids = self.ids(&experiments[0], point);
+            edges = self.store.edges(&ids);
+            time = TimeAnswer::new(&plan.variants[0].graph, &self.store.outcomes(&ids));
             found = bottlenecks(&plan.variants[0], &edges, plan.time.secs);
             self.relieve(&experiments[0], &mut found, robots, seeds)?;
         }
@@ -116,14 +118,13 @@ impl<'a> Conductor<'a> {
         let known: Vec<Known> =
             experiments.into_iter().map(|experiment| experiment.known).collect();
         self.tell_doubts();
-        Ok(Answer::new(plan, &curves, &known, &places, found, edges))
+        Ok(Answer::new(plan, &curves, &known, &places, found, edges, time))
     }
 
-    /// Returns the figures of edges over the runs of a point.
-    fn edges(&self, experiment: &Experiment<'_>, point: &Point) -> Vec<EdgeOutcome> {
+    /// Returns the jobs of the runs of a point.
+    fn ids(&self, experiment: &Experiment<'_>, point: &Point) -> Vec<JobId> {
         let seeds = 1..=point.runs.len() as u64;
-        let ids = seeds.map(|seed| self.job(experiment, (point.robots, seed)).id());
-        self.store.edges(&ids.collect::<Vec<_>>())
+        seeds.map(|seed| self.job(experiment, (point.robots, seed)).id()).collect()
     }
 
     /// Returns the place that robots wait for the most in the runs that miss a target, unless they
@@ -131,8 +132,10 @@ impl<'a> Conductor<'a> {
     fn place(&self, experiment: &Experiment<'_>, curve: &Curve) -> Option<String> {
         let point = &curve.points[curve.binding()?];
         let waiting = point.interval(|run| Some(run.waiting))?.mean;
-        let edges =
-            if waiting >= MUCH_WAITING { self.edges(experiment, point) } else { Vec::new() };
+        if waiting < MUCH_WAITING {
+            return None;
+        }
+        let edges = self.store.edges(&self.ids(experiment, point));
         let found = bottlenecks(experiment.variant, &edges, self.plan.time.secs);
         Some(found.first()?.place())
     }

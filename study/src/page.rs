@@ -7,7 +7,9 @@ mod heat_map;
 mod least;
 mod method;
 mod plan;
+mod stack;
 mod stall_map;
+mod time;
 mod verdict;
 
 use std::fmt::Write as _;

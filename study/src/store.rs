@@ -253,10 +253,15 @@ impl Store {
         Ok(measured)
     }
 
+    /// Returns the outcomes of some finished runs.
+    pub fn outcomes(&self, ids: &[JobId]) -> Vec<Outcome> {
+        let read = ids.iter().filter_map(|id| self.read_result(id, Accepted::Sealed).ok());
+        read.map(|(outcome, _)| outcome).collect()
+    }
+
     /// Returns the edges of some finished runs: the means of their figures.
     pub fn edges(&self, ids: &[JobId]) -> Vec<EdgeOutcome> {
-        let read = ids.iter().filter_map(|id| self.read_result(id, Accepted::Sealed).ok());
-        let outcomes: Vec<Outcome> = read.map(|(outcome, _)| outcome).collect();
+        let outcomes = self.outcomes(ids);
         let mut sums: BTreeMap<u32, EdgeOutcome> = BTreeMap::new();
         for edge in outcomes.iter().flat_map(|outcome| &outcome.edges) {
             let sum = sums.entry(edge.edge).or_insert(EdgeOutcome::new(edge.edge));

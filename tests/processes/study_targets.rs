@@ -43,6 +43,28 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Checks that the parts of each order's time add up to it, in all runs of a study; returns the
+/// number of orders.
+fn check_parts(folder: &Path) -> usize {
+    let results = fs::read_dir(folder.join("results")).expect("results");
+    let mut orders = 0;
+    for file in results.map(|entry| entry.expect("a file").path()) {
+        let text = fs::read_to_string(&file).expect("a result");
+        // A seal follows the JSON.
+        let mut values = serde_json::Deserializer::from_str(&text).into_iter::<Value>();
+        let outcome = values.next().expect("JSON").expect("JSON");
+        let tick_secs = outcome["figures"]["tick_secs"].as_f64().expect("a time");
+        for order in outcome["figures"]["finished"].as_array().expect("orders") {
+            let parts = order["parts"].as_array().expect("parts").iter();
+            let ticks: u64 = parts.map(|part| part.as_u64().expect("ticks")).sum();
+            let secs = order["service_secs"].as_f64().expect("a time");
+            assert_eq!((secs / tick_secs).round() as u64, ticks, "{order}");
+            orders += 1;
+        }
+    }
+    orders
+}
+
 /// The standing of each number of robots that was tried.
 fn standings(answer: &Value) -> Vec<(u64, String)> {
     let points = answer["variants"][0]["points"].as_array().expect("points").iter();
@@ -72,6 +94,7 @@ fn the_least_fleet_is_that_of_theory_and_of_all_numbers() {
     }
     let (_, again) = study(folder.path(), "again", &[&args[..], &["--robots", "1..8"]].concat());
     assert_eq!(answer, again, "the same study gives the same answer");
+    assert!(check_parts(&folder.path().join("s")) >= 2 * 3 * ORDERS);
     let page = fs::read_to_string(folder.path().join("s/index.html")).expect("a page");
     assert!(page.contains("How many robots does bays need?"), "{page}");
 }

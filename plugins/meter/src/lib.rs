@@ -7,6 +7,7 @@
 pub mod meter;
 pub mod orders;
 pub mod plugin;
+pub mod time;
 
 pub use meter::Figures;
 #[cfg(feature = "shared-memory")]

@@ -1,10 +1,12 @@
 //! The meter: orders and effort by period.
 
+use regatta_plugin::activity::Activity;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Orders, RobotWork, Unfinished};
+use crate::orders::{Finished, Now, Orders, RobotWork, Unfinished};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -18,10 +20,72 @@ pub struct Effort {
     pub ordered_secs: f64,
     /// Robot seconds in which robots stand and wait for room to drive on, or for a route.
     pub waiting_secs: f64,
+    /// Robot seconds of robots with an order and without a load that don't wait.
+    #[serde(default)]
+    pub empty_secs: f64,
+    /// Those with a load.
+    #[serde(default)]
+    pub loaded_secs: f64,
+    /// Those at a stop.
+    #[serde(default)]
+    pub handling_secs: f64,
+    /// Robot seconds without an order at a charger, or on the way to one.
+    #[serde(default)]
+    pub charging_secs: f64,
+    /// Robot seconds without an order in which robots wait off the roads until there is room.
+    #[serde(default)]
+    pub parked_secs: f64,
+    /// Robot seconds in which robots are held, broken, faulted or stalled.
+    #[serde(default)]
+    pub down_secs: f64,
+    /// All other robot seconds: nothing was to be done, or robots drove without an order.
+    #[serde(default)]
+    pub idle_secs: f64,
     /// Metres driven with a load.
     pub loaded_metres: f64,
     /// Metres driven without a load.
     pub empty_metres: f64,
+}
+
+impl Effort {
+    /// Adds another one.
+    pub fn add(&mut self, other: &Self) {
+        self.robot_secs += other.robot_secs;
+        self.ordered_secs += other.ordered_secs;
+        self.waiting_secs += other.waiting_secs;
+        self.empty_secs += other.empty_secs;
+        self.loaded_secs += other.loaded_secs;
+        self.handling_secs += other.handling_secs;
+        self.charging_secs += other.charging_secs;
+        self.parked_secs += other.parked_secs;
+        self.down_secs += other.down_secs;
+        self.idle_secs += other.idle_secs;
+        self.loaded_metres += other.loaded_metres;
+        self.empty_metres += other.empty_metres;
+    }
+
+    /// Returns the part that the time of a robot belongs to.
+    fn part(
+        &mut self,
+        state: u8,
+        speed: f32,
+        work: RobotWork,
+        activity: Option<Activity>,
+    ) -> &mut f64 {
+        match (work.orders > 0, activity) {
+            _ if waits(state, speed, work) => &mut self.waiting_secs,
+            (
+                _,
+                Some(Activity::Held | Activity::Broken | Activity::Faulted | Activity::Stalled),
+            ) => &mut self.down_secs,
+            (true, _) if work.at_stops > 0 => &mut self.handling_secs,
+            (true, _) if work.loads > 0 => &mut self.loaded_secs,
+            (true, _) => &mut self.empty_secs,
+            (false, Some(Activity::Charging)) => &mut self.charging_secs,
+            (false, Some(Activity::Queued)) => &mut self.parked_secs,
+            (false, _) => &mut self.idle_secs,
+        }
+    }
 }
 
 /// The figures of a run.
@@ -33,6 +97,9 @@ pub struct Figures {
     pub robots: u64,
     /// The length of a period, in simulated seconds.
     pub period_secs: f64,
+    /// The length of a tick, in simulated seconds.
+    #[serde(default)]
+    pub tick_secs: f64,
     /// By period.
     pub effort: Vec<Effort>,
     /// Finished orders, in the order in which they were finished.
@@ -54,6 +121,7 @@ pub struct Figures {
 #[derive(Clone, Debug, Default)]
 pub struct Meter {
     run_id: u64,
+    tick_secs: f64,
     secs: f64,
     robots: u64,
     effort: Vec<Effort>,
@@ -64,42 +132,46 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Begins a run, unless it is the present one.
-    pub fn begin(&mut self, run_id: u64) {
+    /// Begins a run with ticks of a length in seconds, unless it is the present one.
+    pub fn begin(&mut self, run_id: u64, tick_secs: f64) {
         if self.run_id != run_id {
-            *self = Self { run_id, ..Self::default() };
+            *self = Self { run_id, tick_secs, ..Self::default() };
         }
     }
 
-    /// Takes the records of a tick at a simulated time in seconds, and the number of samples that
-    /// are missing before them. `sequence` is the number of the sample in the run, from 1.
-    pub fn take_orders(
-        &mut self,
-        records: &[OrderRecord],
-        sequence: u64,
-        missed: u64,
-        now_secs: f64,
-    ) {
+    fn now(&self, tick: u64) -> Now {
+        Now { tick, secs: tick as f64 * self.tick_secs }
+    }
+
+    /// Takes the records of a tick, and the number of samples that are missing before them. `sequence` is the number of the sample in the run, from 1.
+    pub fn take_orders(&mut self, records: &[OrderRecord], sequence: u64, missed: u64, tick: u64) {
+        let now = self.now(tick);
         // Samples published before the meter joined the log don't count as missing, but are
         // unknown.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && missed == 0;
         self.samples_missed += if joined_late { sequence.saturating_sub(1) } else { missed };
         for record in records {
-            self.orders.take(record, now_secs);
+            self.orders.take(record, now);
         }
     }
 
-    /// Takes a frame at a simulated time in seconds. The frame covers the time since the previous
-    /// frame.
-    pub fn take_frame(&mut self, columns: &Columns<'_>, now_secs: f64) {
-        let secs = (now_secs - std::mem::replace(&mut self.secs, now_secs)).max(0.0);
-        let (effort, robots) = self.effort(columns, secs);
+    /// Takes the frame of a tick. It covers the time since the previous frame. `activities` are
+    /// those of robots by id, as far as their manager publishes them.
+    pub fn take_frame(&mut self, columns: &Columns<'_>, activities: &[f32], tick: u64) {
+        let now = self.now(tick);
+        let secs = (now.secs - std::mem::replace(&mut self.secs, now.secs)).max(0.0);
+        let (effort, robots) = self.effort(columns, activities, secs);
         self.robots = robots;
-        self.add(&effort, now_secs);
+        self.orders.advance(tick, |robot, work| {
+            let robot = robot as usize;
+            let at = columns.state.get(robot).zip(columns.speed.get(robot));
+            at.is_some_and(|(state, speed)| waits(*state, *speed, work))
+        });
+        self.add(&effort, now.secs);
     }
 
     /// Returns the effort of a frame that stands for some seconds, and the number of its robots.
-    fn effort(&self, columns: &Columns<'_>, secs: f64) -> (Effort, u64) {
+    fn effort(&self, columns: &Columns<'_>, activities: &[f32], secs: f64) -> (Effort, u64) {
         let mut effort = Effort::default();
         let mut robots = 0;
         let mut work_of = self.orders.work_in_turn();
@@ -109,8 +181,9 @@ impl Meter {
             }
             robots += 1;
             let work = work_of(robot);
+            let activity = activities.get(robot as usize).and_then(|it| ACTIVITY.element(*it));
+            *effort.part(state, speed, work, activity) += secs;
             effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
-            effort.waiting_secs += if waits(state, speed, work) { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
             if work.loads > 0 {
                 effort.loaded_metres += metres;
@@ -127,12 +200,7 @@ impl Meter {
         // A frame at the end of a period belongs to it.
         let period = ((now_secs / PERIOD_SECS).ceil() as usize).saturating_sub(1);
         self.effort.resize(self.effort.len().max(period + 1), Effort::default());
-        let sum = &mut self.effort[period];
-        sum.robot_secs += effort.robot_secs;
-        sum.ordered_secs += effort.ordered_secs;
-        sum.waiting_secs += effort.waiting_secs;
-        sum.loaded_metres += effort.loaded_metres;
-        sum.empty_metres += effort.empty_metres;
+        self.effort[period].add(effort);
     }
 
     /// Returns the figures so far.
@@ -142,6 +210,7 @@ impl Meter {
             secs: self.secs,
             robots: self.robots,
             period_secs: PERIOD_SECS,
+            tick_secs: self.tick_secs,
             effort: self.effort.clone(),
             finished: finished.clone(),
             open: self.orders.open() as u64,
@@ -174,45 +243,53 @@ mod tests {
     #[test]
     fn effort_is_kept_by_period_and_by_load() {
         let mut meter = Meter::default();
-        meter.begin(1);
+        meter.begin(1, 0.5);
         let states =
             [RobotState::Driving as u8, RobotState::Waiting as u8, RobotState::Absent as u8];
         let speeds = [2.0, 0.0, 9.0];
-        meter.take_frame(&columns(&speeds, &states), 0.0);
+        meter.take_frame(&columns(&speeds, &states), &[], 0);
         let of = |kind| OrderRecord::new(1, kind).of_robot(0);
-        meter.take_orders(&[of(OrderKind::Created), of(OrderKind::Assigned)], 1, 0, 0.0);
-        meter.take_frame(&columns(&speeds, &states), 5.0);
-        meter.take_orders(&[of(OrderKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 5.0);
-        meter.take_frame(&columns(&speeds, &states), 10.0);
-        meter.take_frame(&columns(&speeds, &states), 12.0);
+        meter.take_orders(&[of(OrderKind::Created), of(OrderKind::Assigned)], 1, 0, 0);
+        meter.take_frame(&columns(&speeds, &states), &[], 10);
+        meter.take_orders(&[of(OrderKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 10);
+        meter.take_frame(&columns(&speeds, &states), &[], 20);
+        meter.take_frame(&columns(&speeds, &states), &[], 24);
         let first = Effort {
             robot_secs: 20.0,
             ordered_secs: 10.0,
             waiting_secs: 10.0,
+            empty_secs: 5.0,
+            loaded_secs: 5.0,
             loaded_metres: 10.0,
             empty_metres: 10.0,
+            ..Effort::default()
         };
         let second = Effort {
             robot_secs: 4.0,
             ordered_secs: 2.0,
             waiting_secs: 2.0,
+            loaded_secs: 2.0,
             loaded_metres: 4.0,
-            empty_metres: 0.0,
+            ..Effort::default()
         };
         let figures = meter.figures();
         assert_eq!(figures.effort, [first, second]);
         assert_eq!((figures.robots, figures.open, figures.secs), (2, 1, 12.0));
         assert_eq!(figures.samples_missed, 0);
-        meter.begin(2);
+        meter.begin(2, 0.5);
         assert_eq!(meter.figures().effort, []);
-        meter.take_orders(&[of(OrderKind::Assigned)], 4, 0, 1.0);
+        meter.take_orders(&[of(OrderKind::Assigned)], 4, 0, 2);
         assert_eq!(meter.figures().samples_missed, 3, "it came too late for three");
     }
 
     #[test]
     fn figures_are_the_same_after_a_file() {
-        let finished =
-            vec![Finished { at_secs: 1.1, service_secs: 0.3, stops: 1, due_secs: Some(0.2) }];
+        let finished = vec![Finished {
+            at_secs: 1.1,
+            service_secs: 0.3,
+            due_secs: Some(0.2),
+            ..Finished::default()
+        }];
         let figures = Figures {
             finished,
             effort: vec![Effort { robot_secs: 0.1, ..Effort::default() }],

@@ -1,12 +1,14 @@
 //! The orders of a run, from the order log.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use regatta_plugin::order::{OrderKind, OrderRecord, StopAction};
 use serde::{Deserialize, Serialize};
 
+use crate::time::{OrderClock, Parts, Phase};
+
 /// A finished order.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Finished {
     /// Simulated time at which it was finished, in seconds.
     pub at_secs: f64,
@@ -17,6 +19,21 @@ pub struct Finished {
     /// Seconds from its creation to its deadline, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub due_secs: Option<f64>,
+    /// The parts of its time, in ticks.
+    #[serde(default)]
+    pub parts: Parts,
+    /// The ids of the nodes of its first and its last stop.
+    #[serde(default)]
+    pub ends: [u32; 2],
+}
+
+/// The present tick and its simulated time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Now {
+    /// The tick.
+    pub tick: u64,
+    /// The simulated time, in seconds.
+    pub secs: f64,
 }
 
 impl Finished {
@@ -54,6 +71,45 @@ struct Open {
     loads: i32,
     /// Whether its robot is at a stop.
     is_at_stop: bool,
+    clock: OrderClock,
+    /// The ids of the nodes of its first and its last stop.
+    ends: Option<[u32; 2]>,
+}
+
+impl Open {
+    fn new(record: &OrderRecord, now: Now) -> Self {
+        Self {
+            created_secs: now.secs,
+            due_secs: (record.due_secs != 0.0).then(|| rounded(record.due_secs.into())),
+            stops: record.detail,
+            robot: None,
+            loads: 0,
+            is_at_stop: false,
+            clock: OrderClock::new(now.tick),
+            ends: None,
+        }
+    }
+
+    fn finished(&mut self, now: Now) -> Finished {
+        Finished {
+            at_secs: rounded(now.secs),
+            service_secs: rounded(now.secs - self.created_secs),
+            stops: self.stops,
+            due_secs: self.due_secs,
+            parts: self.clock.stop_at(now.tick),
+            ends: self.ends.unwrap_or_default(),
+        }
+    }
+
+    /// The phase of an order whose robot isn't kept waiting.
+    fn phase(&self) -> Phase {
+        match (self.robot, self.is_at_stop, self.loads > 0) {
+            (None, ..) => Phase::Assignment,
+            (_, true, _) => Phase::Handling,
+            (_, _, true) => Phase::Loaded,
+            (_, _, false) => Phase::Empty,
+        }
+    }
 }
 
 /// The present work of a robot.
@@ -72,6 +128,8 @@ pub struct RobotWork {
 pub struct Orders {
     open: BTreeMap<u64, Open>,
     robots: BTreeMap<u32, RobotWork>,
+    /// The open orders that have a robot.
+    assigned: BTreeSet<u64>,
     /// In the order in which they were finished.
     pub finished: Vec<Finished>,
     /// Orders that were given up.
@@ -81,26 +139,26 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// Takes a record of a tick at a simulated time in seconds. Records of unknown orders and kinds
-    /// are left out.
-    pub fn take(&mut self, record: &OrderRecord, now_secs: f64) {
+    /// Takes a record of a tick. Records of unknown orders and kinds are left out.
+    pub fn take(&mut self, record: &OrderRecord, now: Now) {
         let Some(kind) = record.kind() else { return };
         if kind == OrderKind::Created {
-            let open = Open {
-                created_secs: now_secs,
-                due_secs: (record.due_secs != 0.0).then(|| rounded(record.due_secs.into())),
-                stops: record.detail,
-                robot: None,
-                loads: 0,
-                is_at_stop: false,
-            };
-            self.open.insert(record.order, open);
+            self.open.insert(record.order, Open::new(record, now));
             return;
         }
+        self.take_change(kind, record, now);
+        if let Some(open) = self.open.get_mut(&record.order) {
+            let phase = open.phase();
+            open.clock.begin(phase, now.tick);
+        }
+    }
+
+    fn take_change(&mut self, kind: OrderKind, record: &OrderRecord, now: Now) {
         let Some(open) = self.open.get_mut(&record.order) else { return };
         match kind {
             OrderKind::Assigned => {
                 let (before, loads) = (open.robot.replace(record.robot), open.loads);
+                self.assigned.insert(record.order);
                 if let Some(before) = before {
                     self.add(before, -1, -loads);
                 }
@@ -125,9 +183,7 @@ impl Orders {
                 self.add(record.robot, 0, change);
             }
             OrderKind::Finished => {
-                let Open { created_secs, due_secs, stops, .. } = *open;
-                let (at_secs, service_secs) = (rounded(now_secs), rounded(now_secs - created_secs));
-                self.finished.push(Finished { at_secs, service_secs, stops, due_secs });
+                self.finished.push(open.finished(now));
                 self.close(record.order);
             }
             OrderKind::Failed => {
@@ -138,7 +194,11 @@ impl Orders {
                 self.cancelled += 1;
                 self.close(record.order);
             }
-            OrderKind::Created | OrderKind::Stop | OrderKind::Unroutable | OrderKind::Reopened => {}
+            OrderKind::Stop => {
+                let [first, _] = open.ends.unwrap_or([record.node; 2]);
+                open.ends = Some([first, record.node]);
+            }
+            OrderKind::Created | OrderKind::Unroutable | OrderKind::Reopened => {}
         }
     }
 
@@ -157,6 +217,22 @@ impl Orders {
         .collect()
     }
 
+    /// Counts the time up to a frame. `is_waiting` tells whether a robot with some work waits for
+    /// room.
+    pub fn advance(&mut self, tick: u64, is_waiting: impl Fn(u32, RobotWork) -> bool) {
+        for order in &self.assigned {
+            let Some(open) = self.open.get_mut(order) else { continue };
+            let Some(robot) = open.robot else { continue };
+            let work = self.robots.get(&robot).copied().unwrap_or_default();
+            let phase = match open.phase() {
+                Phase::Handling => Phase::Handling,
+                _ if is_waiting(robot, work) => Phase::Traffic,
+                phase => phase,
+            };
+            open.clock.advance(phase, tick);
+        }
+    }
+
     /// Returns a function of robots in ascending order that returns the present work of each. To
     /// search for each robot would take longer.
     pub fn work_in_turn(&self) -> impl FnMut(u32) -> RobotWork {
@@ -173,6 +249,7 @@ impl Orders {
         let loads = std::mem::take(&mut open.loads);
         let is_at_stop = std::mem::take(&mut open.is_at_stop);
         if let Some(robot) = open.robot.take() {
+            self.assigned.remove(&order);
             self.add(robot, -1, -loads);
             self.robots.entry(robot).or_default().at_stops -= i32::from(is_at_stop);
         }
@@ -204,6 +281,10 @@ mod tests {
         OrderRecord::new(7, kind).of_robot(3)
     }
 
+    fn now(secs: f64) -> Now {
+        Now { tick: (secs * 10.0) as u64, secs }
+    }
+
     /// Whether a robot has an order, and whether it has a load.
     fn has(orders: &Orders, robot: u32) -> [bool; 2] {
         let RobotWork { orders, loads, .. } = orders.work_in_turn()(robot);
@@ -213,17 +294,24 @@ mod tests {
     #[test]
     fn a_robot_has_an_order_from_its_assignment_to_its_end_and_a_load_between_pick_and_drop() {
         let mut orders = Orders::default();
-        orders.take(&OrderRecord { detail: 2, ..record(OrderKind::Created) }, 10.0);
+        orders.take(&OrderRecord { detail: 2, ..record(OrderKind::Created) }, now(10.0));
         assert_eq!((orders.open(), has(&orders, 3)), (1, [false, false]));
-        orders.take(&record(OrderKind::Assigned), 12.0);
+        orders.take(&record(OrderKind::Assigned), now(12.0));
         assert_eq!(has(&orders, 3), [true, false]);
-        orders.take(&record(OrderKind::Handled).at_stop(0, 5, StopAction::Pick), 20.0);
+        orders.take(&record(OrderKind::Handled).at_stop(0, 5, StopAction::Pick), now(20.0));
         assert_eq!(has(&orders, 3), [true, true]);
-        orders.take(&record(OrderKind::Handled).at_stop(1, 6, StopAction::Drop), 30.0);
+        orders.take(&record(OrderKind::Handled).at_stop(1, 6, StopAction::Drop), now(30.0));
         assert_eq!(has(&orders, 3), [true, false]);
-        orders.take(&record(OrderKind::Finished), 30.0);
+        orders.take(&record(OrderKind::Finished), now(30.0));
         assert_eq!((orders.open(), has(&orders, 3)), (0, [false, false]));
-        let finished = Finished { at_secs: 30.0, service_secs: 20.0, stops: 2, due_secs: None };
+        let finished = Finished {
+            at_secs: 30.0,
+            service_secs: 20.0,
+            stops: 2,
+            due_secs: None,
+            parts: Parts { assignment: 20, empty: 80, loaded: 100, ..Parts::default() },
+            ends: [0; 2],
+        };
         assert_eq!(orders.finished, [finished]);
     }
 
@@ -232,12 +320,12 @@ mod tests {
         let mut orders = Orders::default();
         for (order, due_secs) in [(1, 15.0), (2, 25.0), (3, 0.0), (4, -1.0)] {
             let created = OrderRecord::new(order, OrderKind::Created);
-            orders.take(&OrderRecord { due_secs, ..created }, 10.0);
+            orders.take(&OrderRecord { due_secs, ..created }, now(10.0));
         }
         let late: Vec<_> = orders.unfinished(30.0).iter().map(Unfinished::is_late).collect();
         assert_eq!(late, [Some(true), Some(false), None, Some(true)]);
         for order in [1, 2, 3] {
-            orders.take(&OrderRecord::new(order, OrderKind::Finished), 30.0);
+            orders.take(&OrderRecord::new(order, OrderKind::Finished), now(30.0));
         }
         let late: Vec<_> = orders.finished.iter().map(Finished::is_late).collect();
         assert_eq!(late, [Some(true), Some(false), None]);
@@ -247,16 +335,69 @@ mod tests {
     #[test]
     fn an_order_that_goes_to_another_robot_counts_for_that_one_only() {
         let mut orders = Orders::default();
-        orders.take(&record(OrderKind::Created), 0.0);
-        orders.take(&record(OrderKind::Assigned), 1.0);
-        orders.take(&record(OrderKind::Withdrawn), 2.0);
+        orders.take(&record(OrderKind::Created), now(0.0));
+        orders.take(&record(OrderKind::Assigned), now(1.0));
+        orders.take(&record(OrderKind::Withdrawn), now(2.0));
         assert_eq!(has(&orders, 3), [false, false]);
-        orders.take(&OrderRecord { robot: 4, ..record(OrderKind::Assigned) }, 3.0);
-        orders.take(&OrderRecord { robot: 5, ..record(OrderKind::Assigned) }, 3.0);
+        orders.take(&OrderRecord { robot: 4, ..record(OrderKind::Assigned) }, now(3.0));
+        orders.take(&OrderRecord { robot: 5, ..record(OrderKind::Assigned) }, now(3.0));
         assert_eq!([3, 4, 5].map(|robot| has(&orders, robot)[0]), [false, false, true]);
-        orders.take(&record(OrderKind::Failed), 4.0);
+        orders.take(&record(OrderKind::Failed), now(4.0));
         assert_eq!((orders.failed, orders.open(), has(&orders, 5)), (1, 0, [false, false]));
-        orders.take(&record(OrderKind::Finished), 5.0);
+        orders.take(&record(OrderKind::Finished), now(5.0));
         assert!(orders.finished.is_empty(), "an unknown order");
+    }
+
+    /// Random numbers below a limit (a linear congruential generator).
+    fn random(state: &mut u64, below: u64) -> u64 {
+        *state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 33) % below
+    }
+
+    /// Something that happens to an order at random, in the order log.
+    fn change(order: u64, number: u64, robot: u32) -> OrderRecord {
+        let record = OrderRecord::new(order, OrderKind::Created).of_robot(robot);
+        let of = |kind| OrderRecord { kind: kind as u32, ..record };
+        match number {
+            0 => of(OrderKind::Assigned),
+            1 => of(OrderKind::Withdrawn),
+            2 => of(OrderKind::Arrived),
+            3 => of(OrderKind::Handled).at_stop(0, 1, StopAction::Pick),
+            4 => of(OrderKind::Handled).at_stop(1, 2, StopAction::Drop),
+            5 => of(OrderKind::Unroutable),
+            6 => of(OrderKind::Reopened),
+            _ => of(OrderKind::Finished),
+        }
+    }
+
+    #[test]
+    fn the_parts_of_each_order_of_random_runs_add_up_to_its_time() {
+        const TICK_SECS: f64 = 0.1;
+        let mut finished = 0;
+        for seed in 0..20 {
+            let (mut state, mut orders) = (seed, Orders::default());
+            for tick in 0..3000 {
+                let waiting = random(&mut state, 3) == 0;
+                orders.advance(tick, |robot, _| waiting && robot % 2 == 0);
+                let now = Now { tick, secs: tick as f64 * TICK_SECS };
+                // In lockstep, the records of a tick come after its frame.
+                for _ in 0..random(&mut state, 4) {
+                    let [order, number] = [30, 9].map(|below| random(&mut state, below));
+                    let is_new = !orders.open.contains_key(&order);
+                    let record = match is_new {
+                        true => OrderRecord::new(order, OrderKind::Created),
+                        false => change(order, number, random(&mut state, 5) as u32),
+                    };
+                    orders.take(&record, now);
+                }
+            }
+            for order in &orders.finished {
+                let secs = rounded(order.parts.total() as f64 * TICK_SECS);
+                assert_eq!(secs, order.service_secs, "{order:?}");
+            }
+            finished += orders.finished.len();
+        }
+        assert!(finished > 1000, "{finished} orders");
     }
 }

@@ -5,7 +5,10 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Parser;
-use regatta_plugin::{Error, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result};
+use regatta_plugin::column::ACTIVITY;
+use regatta_plugin::{
+    ColumnReader, Error, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result,
+};
 
 use crate::meter::{Figures, Meter};
 
@@ -44,6 +47,7 @@ pub fn plugin(cli: Cli) -> impl Plugin {
 #[derive(Default)]
 pub struct Metering {
     orders: Option<OrderReader>,
+    activities: Option<ColumnReader>,
     meter: Meter,
 }
 
@@ -53,17 +57,26 @@ impl Metering {
         self.meter.figures()
     }
 
-    /// Takes the new records of the order log. `tick_secs` is the simulated time of a tick.
-    fn take_orders(&mut self, tick_secs: f64) -> Result {
+    /// Takes a frame, with the newest activities.
+    fn take_frame(&mut self, frame: &Frame<'_>) -> Result {
+        let newest = match &mut self.activities {
+            Some(column) => {
+                column.latest()?;
+                column.current()?
+            }
+            None => None,
+        };
+        let activities = newest.map_or(&[][..], |newest| newest.values);
+        self.meter.take_frame(&frame.columns(), activities, frame.tick());
+        Ok(())
+    }
+
+    /// Takes the new records of the order log.
+    fn take_orders(&mut self) -> Result {
         let Some(orders) = &mut self.orders else { return Ok(()) };
         orders.take(|orders| {
             let header = orders.header;
-            self.meter.take_orders(
-                orders.records,
-                header.sequence,
-                orders.missed,
-                header.tick as f64 * tick_secs,
-            );
+            self.meter.take_orders(orders.records, header.sequence, orders.missed, header.tick);
             Ok::<_, ReadError>(())
         })?;
         Ok(())
@@ -73,14 +86,15 @@ impl Metering {
 impl Plugin for Metering {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         self.orders = Some(OrderReader::open_on(fleet)?);
+        self.activities = Some(ColumnReader::open_on(fleet, ACTIVITY.name())?);
         Ok(())
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let header = frame.header();
-        self.meter.begin(header.run_id);
-        self.meter.take_frame(&frame.columns(), frame.sim_time().as_secs_f64());
-        self.take_orders(header.tick_period_nanos as f64 * 1e-9)
+        self.meter.begin(header.run_id, header.tick_period_nanos as f64 * 1e-9);
+        self.take_frame(frame)?;
+        self.take_orders()
     }
 }
 

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use regatta_meter::Figures;
 use regatta_meter::meter::Effort;
+use regatta_meter::orders::Finished;
 use serde::{Deserialize, Serialize};
 
+use super::time_split::{of_orders, of_robots};
 use super::{Example, Outcome, Stall};
 use crate::job::Ending;
 use crate::statistics::{percentile, warm_up};
@@ -66,6 +68,11 @@ pub struct Measured {
     pub waiting: f64,
     /// The part of the way that was driven without a load, from 0 to 1; `None` if no robot had one.
     pub empty: Option<f64>,
+    /// The mean parts of an order's time, in seconds
+    /// ([`ORDER_PARTS`](super::ORDER_PARTS)); of finished orders.
+    pub order_time: Option<[f64; 5]>,
+    /// The parts of the robots' time ([`ROBOT_PARTS`](super::ROBOT_PARTS)), each from 0 to 1.
+    pub robot_time: Option<[f64; 8]>,
     /// Contacts that the validator found.
     pub contacts: u64,
     /// Times in which robots with orders made no progress.
@@ -127,6 +134,8 @@ impl Outcome {
             utilisation: ratio(effort.ordered_secs, effort.robot_secs),
             waiting: ratio(effort.waiting_secs, effort.robot_secs),
             empty: (effort.loaded_metres > 0.0).then(|| effort.empty_metres / metres),
+            order_time: of_orders(self.finished_in(span), self.figures.tick_secs),
+            robot_time: of_robots(&effort),
             contacts,
             stalls: self.stalls.clone(),
             unserved,
@@ -189,17 +198,21 @@ impl Outcome {
         sum(effort.get(from as usize..(to as usize).min(effort.len())).unwrap_or_default())
     }
 
+    fn finished_in(&self, span: Span) -> impl Iterator<Item = &Finished> {
+        let finished = self.figures.finished.iter();
+        finished
+            .filter(move |order| order.at_secs > span.from_secs && order.at_secs <= span.to_secs)
+    }
+
     /// The orders that were finished in a span. The orders of a day that aren't over at its end
     /// count, too, with their time so far.
     fn orders_of(&self, span: Span) -> OrdersOfSpan {
         let mut orders = OrdersOfSpan::default();
-        for order in &self.figures.finished {
-            if order.at_secs > span.from_secs && order.at_secs <= span.to_secs {
-                orders.service.push(order.service_secs);
-                orders.finished += 1.0;
-                orders.stops += f64::from(order.stops);
-                orders.count_deadline(order.is_late());
-            }
+        for order in self.finished_in(span) {
+            orders.service.push(order.service_secs);
+            orders.finished += 1.0;
+            orders.stops += f64::from(order.stops);
+            orders.count_deadline(order.is_late());
         }
         if self.ending == Ending::AfterOrders {
             for order in &self.figures.unfinished {
@@ -256,18 +269,17 @@ fn ratio(part: f64, whole: f64) -> f64 {
 }
 
 fn sum(periods: &[Effort]) -> Effort {
-    periods.iter().fold(Effort::default(), |sum, effort| Effort {
-        robot_secs: sum.robot_secs + effort.robot_secs,
-        ordered_secs: sum.ordered_secs + effort.ordered_secs,
-        waiting_secs: sum.waiting_secs + effort.waiting_secs,
-        loaded_metres: sum.loaded_metres + effort.loaded_metres,
-        empty_metres: sum.empty_metres + effort.empty_metres,
-    })
+    let mut sum = Effort::default();
+    for effort in periods {
+        sum.add(effort);
+    }
+    sum
 }
 
 #[cfg(test)]
 mod tests {
-    use regatta_meter::orders::{Finished, Unfinished};
+    use regatta_meter::orders::Unfinished;
+    use regatta_meter::time::Parts;
 
     use super::*;
 
@@ -278,17 +290,23 @@ mod tests {
             service_secs: f64::from(index % 100),
             stops: 2,
             due_secs: Some(49.5),
+            parts: Parts { empty: 30, handling: 10, ..Parts::default() },
+            ends: [1, 2],
         });
         let effort = Effort {
             robot_secs: 40.0,
             ordered_secs: 30.0,
             waiting_secs: 10.0,
+            empty_secs: 20.0,
+            idle_secs: 10.0,
             loaded_metres: 6.0,
             empty_metres: 2.0,
+            ..Effort::default()
         };
         let figures = Figures {
             secs: 1000.0,
             period_secs: 10.0,
+            tick_secs: 0.5,
             effort: vec![effort; 100],
             finished: finished.collect(),
             ..Figures::default()
@@ -315,6 +333,9 @@ mod tests {
         assert_eq!((measured.orders_per_hour, measured.stops_per_hour), (1800.0, 3600.0));
         let service = measured.service.expect("orders");
         assert_eq!((service.p50_secs, service.p99_secs, service.longest_secs), (49.0, 98.0, 99.0));
+        assert_eq!(measured.order_time, Some([0.0, 15.0, 0.0, 0.0, 5.0]));
+        let robots = measured.robot_time.expect("robots");
+        assert_eq!((robots[0], robots[2], robots[7]), (0.5, 0.25, 0.25));
         assert_eq!((measured.late, measured.end), (Some(0.5), RunEnd::AtTime));
         assert_eq!(
             (measured.utilisation, measured.waiting, measured.empty),

@@ -147,7 +147,7 @@ fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     0.0..if largest > 0.0 { largest * 1.06 } else { 1.0 }
 }
 
-fn label(value: f64) -> String {
+pub(super) fn label(value: f64) -> String {
     if value != 0.0 && value.abs() < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 

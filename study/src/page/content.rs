@@ -5,6 +5,7 @@ use super::heat_map::heat_map;
 use super::least::{figures, fleets};
 use super::method::method;
 use super::stall_map::stall_map;
+use super::time::time;
 use super::verdict::{caveats, numbers, orders_in_words, safety, verdict};
 use super::{Block, Picture};
 use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
@@ -26,6 +27,7 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     blocks.push(picture("service", "Service time over robots", service_chart(answer)));
     let effort = format!("{}What robots spend their time on", first_of_several(answer));
     blocks.push(picture("effort", &effort, effort_chart(answer)));
+    blocks.extend(time(answer, &first_of_several(answer)));
     for comparison in &answer.comparisons {
         blocks.extend(comparison_blocks(answer, comparison));
     }

@@ -9,6 +9,9 @@ use super::scenario::{Load, Setup};
 use super::{PlanError, Variant};
 use crate::job::{Ending, IN_TURN, Manager};
 
+/// The latest end of a day, in seconds: some 30 years, which no run takes.
+const LATEST_SECS: f64 = 1e9;
+
 /// The orders of a day.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Day {
@@ -53,7 +56,7 @@ impl Day {
             true => ((self.last_secs / block_secs).floor() + 1.0) * block_secs,
             false => self.last_secs,
         };
-        (last_secs + self.shift_secs).ceil() as u64
+        (last_secs + self.shift_secs).min(LATEST_SECS).ceil() as u64
     }
 
     fn load(&self, dwell: Option<Value>) -> Load {

@@ -14,6 +14,8 @@ pub(super) fn measured(orders_per_hour: f64) -> Measured {
         utilisation: 1.0,
         waiting: 0.0,
         empty: None,
+        order_time: None,
+        robot_time: None,
         contacts: 0,
         stalls: Vec::new(),
         unserved: 0,

@@ -133,7 +133,10 @@ impl Timetable {
         let mut day = Vec::new();
         for block in first..=last {
             // The block itself, the one before or the one after.
-            let from = (block + random.below(block, 3) as u64).saturating_sub(1).clamp(first, last);
+            let from = block
+                .saturating_add(random.below(block, 3) as u64)
+                .saturating_sub(1)
+                .clamp(first, last);
             let later_secs = (block as f64 - from as f64) * block_secs;
             let orders = blocks.get(&from).into_iter().flatten();
             day.extend(orders.map(|drawn| Drawn { secs: drawn.secs + later_secs, ..*drawn }));

@@ -56,11 +56,12 @@ impl Table {
     /// # Errors
     /// [`yaml::Error`] if the header is missing or can't be understood.
     pub fn parse(text: &str) -> Result<Self, yaml::Error> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        // The reader counts lines by their feeds, and one too few after each pair of both.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
-            .delimiter(separator(text))
+            .delimiter(separator(&text))
             .flexible(true)
             .from_reader(text.as_bytes());
         let header = reader.headers().map_err(csv_error)?;
@@ -302,6 +303,13 @@ mod tests {
         ] {
             let table = table(text);
             assert_eq!((rows(&table), &table.problems), (expected.clone(), &Vec::new()), "{text}");
+        }
+    }
+
+    #[test]
+    fn lines_are_those_of_an_editor() {
+        for text in ["from,to,time\nA,B,1\nA,B,x\n", "from,to,time\r\nA,B,1\r\nA,B,x\r\n"] {
+            assert_eq!(table(text).problems[0].line, 3, "{text:?}");
         }
     }
 

@@ -92,3 +92,10 @@ fn what_is_wrong_is_told() {
         assert!(error.contains(reason), "{text}: {error}");
     }
 }
+
+#[test]
+fn a_time_beyond_all_bounds_is_no_panic() {
+    let text = "load: {timetable: \"time,stops\\n1e300,A B\\n\", resample: 60}";
+    let load = Load::parse(text, &places()).expect("a load");
+    assert_eq!(load.timetables[0].orders(1).len(), 1);
+}

@@ -1,0 +1,136 @@
+//! The time of orders and robots, by what it is spent on.
+//!
+//! Each tick of an order belongs to exactly one part, so that the parts add up to its time from its
+//! creation to its end, to the tick.
+
+use serde::{Deserialize, Serialize};
+
+/// A part of an order's time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// It has no robot.
+    #[default]
+    Assignment,
+    /// Its robot drives or turns without its load.
+    Empty,
+    /// Its robot drives or turns with its load.
+    Loaded,
+    /// Its robot waits for room.
+    Traffic,
+    /// Its robot is at a stop.
+    Handling,
+}
+
+/// The parts of an order's time, in ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "[u64; 5]", into = "[u64; 5]")]
+pub struct Parts {
+    /// Without a robot.
+    pub assignment: u64,
+    /// On the way without the load.
+    pub empty: u64,
+    /// On the way with the load.
+    pub loaded: u64,
+    /// Waiting for room.
+    pub traffic: u64,
+    /// At stops.
+    pub handling: u64,
+}
+
+impl From<[u64; 5]> for Parts {
+    fn from([assignment, empty, loaded, traffic, handling]: [u64; 5]) -> Self {
+        Self { assignment, empty, loaded, traffic, handling }
+    }
+}
+
+impl From<Parts> for [u64; 5] {
+    fn from(parts: Parts) -> Self {
+        let Parts { assignment, empty, loaded, traffic, handling } = parts;
+        [assignment, empty, loaded, traffic, handling]
+    }
+}
+
+impl Parts {
+    /// The sum.
+    pub fn total(&self) -> u64 {
+        <[u64; 5]>::from(*self).iter().sum()
+    }
+
+    fn of(&mut self, phase: Phase) -> &mut u64 {
+        match phase {
+            Phase::Assignment => &mut self.assignment,
+            Phase::Empty => &mut self.empty,
+            Phase::Loaded => &mut self.loaded,
+            Phase::Traffic => &mut self.traffic,
+            Phase::Handling => &mut self.handling,
+        }
+    }
+}
+
+/// The time of an order so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OrderClock {
+    parts: Parts,
+    /// The tick up to which it is known.
+    known: u64,
+    phase: Phase,
+}
+
+impl OrderClock {
+    /// Starts at the tick of an order's creation.
+    pub fn new(tick: u64) -> Self {
+        Self { known: tick, ..Self::default() }
+    }
+
+    /// Counts the ticks up to one as a phase.
+    pub fn advance(&mut self, phase: Phase, tick: u64) {
+        *self.parts.of(phase) += tick.saturating_sub(self.known);
+        (self.known, self.phase) = (self.known.max(tick), phase);
+    }
+
+    /// Counts the ticks up to an event. Between the last frame and the event nothing is known, so
+    /// they belong to the phase of that frame. An event that was before it takes ticks back.
+    pub fn stop_at(&mut self, tick: u64) -> Parts {
+        self.advance(self.phase, tick);
+        let part = self.parts.of(self.phase);
+        *part = part.saturating_sub(self.known - tick);
+        self.known = tick;
+        self.parts
+    }
+
+    /// Begins a phase at an event.
+    pub fn begin(&mut self, phase: Phase, tick: u64) {
+        self.stop_at(tick);
+        self.phase = phase;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_tick_belongs_to_one_part() {
+        let mut clock = OrderClock::new(10);
+        clock.begin(Phase::Empty, 14);
+        clock.advance(Phase::Empty, 15);
+        clock.advance(Phase::Traffic, 18);
+        // Between two frames.
+        clock.begin(Phase::Handling, 20);
+        clock.advance(Phase::Handling, 25);
+        let parts = clock.stop_at(27);
+        let expected = Parts { assignment: 4, empty: 1, loaded: 0, traffic: 5, handling: 7 };
+        assert_eq!((parts, parts.total()), (expected, 17));
+        let text = serde_json::to_string(&parts).expect("JSON");
+        assert_eq!(text, "[4,1,0,5,7]");
+        assert_eq!(serde_json::from_str::<Parts>(&text).expect("parts"), parts);
+    }
+
+    #[test]
+    fn an_event_before_the_last_frame_takes_ticks_back() {
+        let mut clock = OrderClock::new(0);
+        clock.begin(Phase::Empty, 2);
+        clock.advance(Phase::Empty, 10);
+        assert_eq!(clock.stop_at(8), Parts { assignment: 2, empty: 6, ..Parts::default() });
+    }
+}

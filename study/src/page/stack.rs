@@ -1,0 +1,105 @@
+//! Stacked bars over the number of robots, as SVG.
+
+use plotters::prelude::*;
+
+use super::chart::{COLOURS, label};
+
+/// The size in pixels.
+const SIZE: (u32, u32) = (900, 420);
+const FONT: (&str, i32) = ("sans-serif", 16);
+/// The colours of parts beyond those of lines.
+const MORE_COLOURS: [RGBColor; 1] = [RGBColor(190, 198, 206)];
+/// The height of a line of the legend, and the x and the width of a name there.
+const LEGEND_LINE: i32 = 22;
+const FIRST_NAME: i32 = 82;
+const NAME_WIDTH: i32 = 200;
+const NAMES_IN_LINE: i32 = 4;
+
+/// A bar at a number of robots.
+pub(super) struct Bar {
+    /// The number of robots.
+    pub robots: u32,
+    /// The parts with their values, from below.
+    pub parts: Vec<(&'static str, f64)>,
+}
+
+/// Returns the bars as SVG, with the unit of their values.
+pub(super) fn stack(bars: &[Bar], unit: &str) -> String {
+    let mut svg = String::new();
+    // Drawing into a text fails only if the chart has no room, which its size is made for.
+    let _ = draw(bars, unit, &mut svg);
+    svg
+}
+
+fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let names: Vec<&str> =
+        bars.first().map_or_else(Vec::new, |bar| bar.parts.iter().map(|part| part.0).collect());
+    let lines = (names.len() as i32 + NAMES_IN_LINE - 1) / NAMES_IN_LINE;
+    let (above, root) = root.split_vertically(lines * LEGEND_LINE + 8);
+    for ((name, colour), index) in names.iter().zip(colours()).zip(0..) {
+        let x = FIRST_NAME + index % NAMES_IN_LINE * NAME_WIDTH;
+        let y = 4 + index / NAMES_IN_LINE * LEGEND_LINE;
+        above.draw(&Rectangle::new([(x, y + 6), (x + 14, y + 20)], colour.filled()))?;
+        above.draw(&Text::new(*name, (x + 20, y + 4), FONT))?;
+    }
+    let totals = bars.iter().map(|bar| bar.parts.iter().map(|part| part.1).sum::<f64>());
+    let highest = totals.fold(0.0, f64::max).max(1e-9);
+    let mut area = ChartBuilder::on(&root)
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(70)
+        .build_cartesian_2d(0.0..bars.len().max(1) as f64, 0.0..highest * 1.04)?;
+    area.configure_mesh()
+        .x_desc("robots")
+        .x_labels(0)
+        .y_desc(unit)
+        .y_label_formatter(&|y| label(*y))
+        .label_style(FONT)
+        .axis_desc_style(FONT)
+        .light_line_style(WHITE)
+        .bold_line_style(RGBColor(225, 230, 236))
+        .disable_x_mesh()
+        .draw()?;
+    for (bar, at) in bars.iter().zip(0..) {
+        let (mut below, x) = (0.0, f64::from(at));
+        for ((_, value), colour) in bar.parts.iter().zip(colours()) {
+            let corners = [(x + 0.15, below), (x + 0.85, below + value)];
+            area.draw_series([Rectangle::new(corners, colour.filled())])?;
+            below += value;
+        }
+        let (left, bottom) = area.backend_coord(&(x + 0.5, 0.0));
+        let style = FONT.into_text_style(&root).pos(plotters::style::text_anchor::Pos::new(
+            plotters::style::text_anchor::HPos::Center,
+            plotters::style::text_anchor::VPos::Top,
+        ));
+        let corner = root.get_base_pixel();
+        let place = (left - corner.0, bottom - corner.1 + 6);
+        root.draw_text(&bar.robots.to_string(), &style, place)?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn colours() -> impl Iterator<Item = &'static RGBColor> {
+    COLOURS.iter().chain(&MORE_COLOURS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_part_of_each_bar_is_drawn_and_named() {
+        let bar = |robots| Bar { robots, parts: vec![("way empty", 30.0), ("handling", 10.0)] };
+        let svg = stack(&[bar(17), bar(42)], "seconds");
+        let filled = |colour: &str| svg.matches(&format!("fill=\"{colour}\"")).count();
+        // Two bars and the legend.
+        assert_eq!((filled("#0072B2"), filled("#D55E00")), (3, 3), "{svg}");
+        for text in ["\n17\n", "\n42\n", "\nway empty\n", "\nhandling\n", "\nseconds\n"] {
+            assert!(svg.contains(text), "{text}: {svg}");
+        }
+        assert!(stack(&[], "seconds").trim_end().ends_with("</svg>"));
+    }
+}
