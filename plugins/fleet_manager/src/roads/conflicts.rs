@@ -35,8 +35,8 @@ pub enum Relation {
 pub(super) struct Pair {
     /// The other track, and in the two highest bits the kind of relation.
     other_and_kind: u32,
-    /// `Crossing`: the stretches, in 1/255 of each length. Else the distance in the first, in 1/32
-    /// m.
+    /// `Crossing`: the stretches, in 1/255 of each length. Else the distance in the first two, in
+    /// 1/32 m.
     spans: [u8; 4],
 }
 
@@ -51,8 +51,8 @@ impl Pair {
                 let ([a, b], [c, d]) = (outward(own, own_length), outward(other, other_length));
                 (0, [a, b, c, d])
             }
-            Relation::Into(metres) => (1, [(metres * PER_METRE).ceil() as u8, 0, 0, 0]),
-            Relation::From(metres) => (2, [(metres * PER_METRE).ceil() as u8, 0, 0, 0]),
+            Relation::Into(metres) => (1, distance(metres)),
+            Relation::From(metres) => (2, distance(metres)),
         };
         Self { other_and_kind: other | kind << KIND_SHIFT, spans }
     }
@@ -62,7 +62,8 @@ impl Pair {
     }
 
     fn relation(self, own_length: f32, other_length: f32) -> Relation {
-        let metres = f32::from(self.spans[0]) / PER_METRE;
+        let [low, high, ..] = self.spans;
+        let metres = f32::from(u16::from_le_bytes([low, high])) / PER_METRE;
         let [a, b, c, d] = self.spans.map(|part| f32::from(part) / 255.0);
         match self.other_and_kind >> KIND_SHIFT {
             1 => Relation::Into(metres),
@@ -77,6 +78,12 @@ impl Pair {
 
 /// Resolution of the distances at which robots follow each other, in metres.
 pub const RESOLUTION: f32 = 1.0 / PER_METRE;
+
+/// Returns a distance in 1/32 m, rounded up: two kilometres at most, twice the longest robot.
+fn distance(metres: f32) -> [u8; 4] {
+    let [low, high] = ((metres * PER_METRE).ceil() as u16).to_le_bytes();
+    [low, high, 0, 0]
+}
 
 /// Returns a stretch in 1/255 of a length, rounded outwards.
 fn outward(span: Span, length: f32) -> [u8; 2] {

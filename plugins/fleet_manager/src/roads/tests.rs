@@ -161,6 +161,27 @@ fn a_straight_road_keeps_robots_a_length_apart() {
 }
 
 #[test]
+fn robots_longer_than_edges_keep_their_length_apart() {
+    let point = |place: u32| [5.0 * place as f32, 0.0];
+    let nodes = (0..9).map(|place| NodeRecord { x: point(place)[0], ..NodeRecord::default() });
+    let mut data = WorldData { nodes: nodes.collect(), ..WorldData::default() };
+    for origin in 0..8 {
+        let edge =
+            EdgeRecord { origin, destination: origin + 1, speed: 1.0, ..EdgeRecord::default() };
+        data.add_edge(edge, [CurveRecord::straight(point(origin), point(origin + 1))]);
+    }
+    for length in [7.9, 8.0, 18.0, 29.0] {
+        data.robot_types = vec![RobotTypeRecord::new("", length, 1.0)];
+        let roads = Roads::new(&data.view(1, 1));
+        for (track, relation) in roads.conflicts().of(0, 0, 0) {
+            let Relation::Into(apart) = relation else { panic!("{relation:?}") };
+            let between = 5.0 * (track - 1) as f32;
+            assert!(between + apart >= length, "{length} m, edge {track}: {relation:?}");
+        }
+    }
+}
+
+#[test]
 fn robots_wait_before_a_crossing_and_not_in_it() {
     let mut data = WorldData::default();
     let points = [[-5.0, 0.0], [5.0, 0.0], [0.0, -5.0], [0.0, 5.0]];
