@@ -37,7 +37,9 @@ impl Help {
                 ui.add_space(8.0);
                 let columns = ((screen.x - 60.0) / COLUMN).clamp(1.0, 3.0) as usize;
                 let groups = keys::help(ctx);
-                ScrollArea::vertical().max_height(screen.y - 120.0).show(ui, |ui| {
+                // It would keep the width that it had before its columns were known.
+                let scrolled = ScrollArea::vertical().auto_shrink([false, true]);
+                scrolled.max_height(screen.y - 120.0).show(ui, |ui| {
                     if columns == 1 {
                         narrow(ui, &groups, &colours);
                     } else {

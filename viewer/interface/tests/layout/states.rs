@@ -29,7 +29,7 @@ pub struct State {
     placed: &'static [&'static str],
 }
 
-pub const STATES: [State; 10] = [
+pub const STATES: [State; 11] = [
     State {
         name: "plots",
         prepare: plots,
@@ -65,6 +65,7 @@ pub const STATES: [State; 10] = [
     State { name: "hot spots", prepare: hot_spots, keys: &[], placed: &["legend"] },
     State { name: "log", prepare: log, keys: &[], placed: &["legend"] },
     State { name: "work", prepare: work, keys: &[], placed: &["legend", "view cube"] },
+    State { name: "help", prepare: minimap, keys: &[Key::F1], placed: &["legend"] },
 ];
 
 /// The figures of a fleet at work, with long numbers.
