@@ -47,6 +47,8 @@ const SUMMARY: &str = "--summary";
 const FLEET_MANAGER: &str = "fleet-manager";
 /// The name of the plugin that lets a master of VDA 5050 steer the robots.
 const VDA5050: &str = "vda5050";
+/// The word that stands for all plugins of the scenario among those in lockstep.
+const ALL_PLUGINS: &str = "all";
 /// The section of a scenario that the fleet manager reads.
 pub const LOAD: &str = "load";
 /// Whether this program has a viewer.
@@ -90,13 +92,14 @@ pub struct RunArgs {
 }
 
 /// Runs `regatta run`.
-pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
+pub fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let (mut scenario, input) = read_scenario(&args)?;
     require_trust(&scenario, &args)?;
     if let Some(broker) = &args.vda5050 {
         let broker = broker.as_ref().map(BrokerUrl::to_text);
         steer_by_vda5050(&mut scenario, broker)?;
     }
+    name_all(&mut args.options.lockstep.names, &scenario);
     // Until now, a signal ends this program at once, whatever it waits for.
     let termination = Termination::watch().map_err(plugin_failure)?;
     if args.vda5050.is_none()
@@ -144,6 +147,17 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         success = false;
     }
     Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Replaces the word for all plugins by their names.
+fn name_all(lockstep: &mut Vec<String>, scenario: &Scenario) {
+    if !lockstep.iter().any(|name| name == ALL_PLUGINS) {
+        return;
+    }
+    lockstep.retain(|name| name != ALL_PLUGINS);
+    let names = scenario.plugins.iter().map(|plugin| plugin.name.clone());
+    let others: Vec<String> = names.filter(|name| !lockstep.contains(name)).collect();
+    lockstep.extend(others);
 }
 
 /// Gives the robots of a scenario to a master of VDA 5050. In a made-up scenario it takes the place

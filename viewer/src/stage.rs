@@ -286,6 +286,7 @@ impl Stage {
         let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
+            self.jam_facts.hottest = map.as_ref().map_or_else(Vec::new, |map| map.hottest.clone());
             for renderer in all(&mut self.renderer, &mut self.further_levels) {
                 renderer.set_heat(map.as_ref());
             }

@@ -3,7 +3,9 @@
 
 mod app;
 mod assets;
+mod child;
 mod display;
+mod dropped;
 mod fleet_state;
 mod frame_pacing;
 mod settings_store;

@@ -31,6 +31,7 @@ from regatta._contract import (
     FrameHeader,
     OrderHeader,
     TrafficHeader,
+    WorkFigures,
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
@@ -71,14 +72,17 @@ from regatta._events import TickReader, TickRecords
 from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
-from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
+from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader, WorkReader
 from regatta._ownership import Ownership
 from regatta._rate import checked_rate
 from regatta._read import Recording, read
 from regatta._routes import Route
-from regatta._run import RunError, RunResult, run
+from regatta._run import Run, RunError, RunResult, run
 from regatta._study import Study, StudyError, study
 from regatta._world import Orientation, World, Zone
+
+__version__ = "0.1.0"
+"""The version of this package, and of the program of the same wheel."""
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
 
@@ -236,6 +240,7 @@ __all__ = [
     "RobotsByState",
     "Role",
     "Route",
+    "Run",
     "RunError",
     "RunResult",
     "Shape",
@@ -249,6 +254,8 @@ __all__ = [
     "TrafficHeader",
     "TrafficReader",
     "VersionError",
+    "WorkFigures",
+    "WorkReader",
     "World",
     "Zone",
     "ZoneRule",

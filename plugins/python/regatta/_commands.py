@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast, overload
 import numpy as np
 import numpy.typing as npt
 
+from regatta._answers import wait_for
 from regatta._contract import LAYOUT, NO_ROBOT, CommandHeader, CommandRecord, dtype
 from regatta._enums import CommandKind
 from regatta._errors import CommandError, NoEngineError
@@ -206,6 +207,9 @@ class Commands(Open):
         """Removes a robot from the fleet. Returns the command's token."""
         return self._push(CommandKind.REMOVE, robot=numbers(robot, "robot"))
 
+    def __repr__(self) -> str:
+        return f"<regatta.Commands: {len(self)} records for fleet '{self._fleet.name}'>"
+
     def __len__(self) -> int:
         """Returns the number of records collected so far: one per command, and one per leg."""
         return len(self._records) // RECORD.itemsize
@@ -214,8 +218,12 @@ class Commands(Open):
         """Discards the collected commands."""
         self._records.clear()
 
-    def send(self) -> None:
+    def send(self, timeout: float | None = None) -> None:
         """Sends the collected commands, for the next tick. Does nothing if there are none.
+
+        With a ``timeout`` in seconds, it also waits for the answers of the engine, and raises :class:`RefusedError
+        <regatta.RefusedError>` with the reasons if it refuses commands, or :class:`ControlError <regatta.ControlError>`
+        if answers are missing by then (not in lockstep: there the answers come with the next frame).
 
         Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, and :class:`CommandError
         <regatta.CommandError>` if too many samples of commands wait already. Raises :class:`OwnedError
@@ -224,6 +232,16 @@ class Commands(Open):
         """
         if not self._records:
             return
+        if timeout is None:
+            return self._send()
+        kinds, tokens = (np.frombuffer(self._records, RECORD)[field] for field in ("kind", "token"))
+        waited = {int(token) for token in tokens[kinds != CommandKind.LEG]}
+        del kinds, tokens  # views of the records, which could not be cleared
+        with self._fleet.events() as events:
+            self._send()
+            wait_for(events, waited, timeout)
+
+    def _send(self) -> None:
         if np.isin(np.frombuffer(self._records, RECORD)["kind"], MOVEMENT).any():
             check_owner(self._fleet)
 

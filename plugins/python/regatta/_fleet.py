@@ -36,7 +36,7 @@ from regatta._events import TickReader
 from regatta._frame import ColumnValues
 from regatta._frames import Frames
 from regatta._manager import Manager
-from regatta._newest import ClosureReader, ContactReader, TrafficReader
+from regatta._newest import ClosureReader, ContactReader, TrafficReader, WorkReader
 from regatta._node import Node
 from regatta._open import Closes, Open
 from regatta._ownership import Ownership
@@ -49,6 +49,8 @@ MAX_NAME_BYTES = 64
 WORLD_WAIT = 0.5
 """The longest time, in seconds, to wait for the world that a frame refers to: a program that has just joined can get
 its first frame some moments before the world."""
+NAME_WAIT = 5.0
+"""The longest time, in seconds, to wait for the world that has the names of nodes."""
 NAME_VARIABLE = "REGATTA_PLUGIN_NAME"
 """The environment variable with the name that a program goes by unless it chooses one. ``regatta run`` sets it to the
 name in the scenario."""
@@ -90,6 +92,10 @@ class Fleet(Closes):
     def closed(self) -> bool:
         """Whether it was closed."""
         return self._closed
+
+    def __repr__(self) -> str:
+        state = ", closed" if self._closed else ""
+        return f"<regatta.Fleet: '{self.name}', joined as '{self.participant}'{state}>"
 
     def close(self) -> None:
         """Closes everything that is open on the fleet, and leaves the fleet. Frames that the program still refers to
@@ -150,13 +156,16 @@ class Fleet(Closes):
         self._routes = self._routes or Routes(self._node)
         return self._routes.ask(robots)
 
-    def send(self, robot: SupportsIndex, node: SupportsIndex) -> ManagerAnswer:
-        """Asks the fleet manager to send a robot to a node, by its id. Returns :attr:`ManagerAnswer.NOW
+    def send(self, robot: SupportsIndex, node: SupportsIndex | str) -> ManagerAnswer:
+        """Asks the fleet manager to send a robot to a node, by its id or its name (that of a station, too). Returns :attr:`ManagerAnswer.NOW
         <regatta.ManagerAnswer.NOW>`, or ``LATER`` if the robot finishes its order first.
 
-        Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no manager that takes requests, or
-        :class:`ControlError <regatta.ControlError>` if it refuses, ends or doesn't answer in time.
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no manager that takes requests,
+        ``ValueError`` for a name that no node has, or several have, or :class:`ControlError <regatta.ControlError>` if
+        the manager refuses, ends or doesn't answer in time.
         """
+        if isinstance(node, str):
+            node = self.world(NAME_WAIT).node(node)
         self._manager = self._manager or Manager(self._node)
         return self._manager.send(robot, node)
 
@@ -210,6 +219,10 @@ class Fleet(Closes):
     def closures(self) -> ClosureReader:
         """Opens the closed edges, which no robot may enter."""
         return ClosureReader(self)
+
+    def work(self) -> WorkReader:
+        """Opens the figures of the fleet's work, which the fleet manager publishes while it runs."""
+        return WorkReader(self)
 
     def contact_events(self) -> TickReader[ContactEventHeader]:
         """Opens the contacts that begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel

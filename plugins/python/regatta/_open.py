@@ -58,6 +58,10 @@ class Open(Closes):
         self._closed = False
         fleet._open.add(self)
 
+    def __repr__(self) -> str:
+        state = ", closed" if self._closed else ""
+        return f"<regatta.{type(self).__name__}: fleet '{self._fleet.name}'{state}>"
+
     @property
     def closed(self) -> bool:
         """Whether it was closed."""

@@ -1,4 +1,4 @@
-"""Whole runs that no process watches."""
+"""Runs: whole ones that no process watches, and those that a program steps through."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ import json
 import os
 import subprocess
 from dataclasses import dataclass
+from typing import overload
 
-from regatta._errors import Error
+from regatta._live import Run as Run
+from regatta._live import RunError as RunError
 from regatta._program import find_program
-
-
-class RunError(Error):
-    """A run has failed."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +47,7 @@ class RunResult:
     """A hash of all frames: the same on every machine."""
 
 
+@overload
 def run(
     scenario: str | os.PathLike[str],
     simulated: float,
@@ -56,14 +55,41 @@ def run(
     robots: int | None = None,
     seed: int | None = None,
     trust: bool = False,
-) -> RunResult:
-    """Runs a scenario for ``simulated`` seconds, as fast as possible, and returns its figures.
+) -> RunResult: ...
+@overload
+def run(
+    scenario: str | os.PathLike[str],
+    simulated: None = None,
+    *,
+    robots: int | None = None,
+    seed: int | None = None,
+    trust: bool = False,
+) -> Run: ...
+def run(
+    scenario: str | os.PathLike[str],
+    simulated: float | None = None,
+    *,
+    robots: int | None = None,
+    seed: int | None = None,
+    trust: bool = False,
+) -> RunResult | Run:
+    """Runs a scenario or a layout: for ``simulated`` seconds, as fast as possible, or step by step.
 
-    Engine, fleet manager and validator run in one process, which no other process sees. ``robots`` and ``seed``
-    replace those of the scenario. ``trust`` allows its plugins the files and addresses that it names.
+    With ``simulated`` it returns the figures of the run. Engine, fleet manager and validator run in one process, which
+    no other process sees. Without, it returns a :class:`Run <regatta.Run>`, which other processes may watch::
+
+        with regatta.run("graphs/warehouse-charging.yaml", robots=20) as run:
+            frame = run.step(60)
+            run.fleet.send(3, "Dock 1")
+            print(frame.to_pandas().groupby("state", observed=True).speed.mean(), run.work)
+
+    ``robots`` and ``seed`` replace those of the scenario. ``trust`` allows its plugins the files and addresses that it
+    names.
 
     >>> regatta.run("graphs/warehouse-charging.yaml", 3600, robots=20).orders_per_hour  # doctest: +SKIP
     """
+    if simulated is None:
+        return Run(scenario, robots=robots, seed=seed, trust=trust)
     program = find_program()
     if program is None:
         raise RunError("the program regatta isn't installed: install the wheel, or set REGATTA_PROGRAM to its path")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -103,6 +104,26 @@ class World:
         record = self.edges[edge]
         first = int(record["first_curve"])
         return self.curves[first : first + int(record["curves"])]
+
+    def node(self, name: str) -> int:
+        """Returns the id of a node, given its name, that of a station there, or its id as a text.
+
+        Raises ``ValueError`` if no node has the name, or several have it.
+        """
+        ids = self.nodes["id"]
+        found = set(ids[self.nodes["name"] == name].tolist()) if name else set()
+        if not found:
+            found = {int(ids[index]) for other, index in self.other_names if other == name}
+        if name.isascii() and name.isdigit() and int(name) in ids:
+            return int(name)
+        if len(found) == 1:
+            return int(found.pop())
+        if found:
+            raise ValueError(f"several nodes are called {name!r}: {sorted(found)}; give an id")
+        names = {*self.nodes["name"].tolist(), *(other for other, _ in self.other_names)} - {""}
+        close = difflib.get_close_matches(name, names, 1)
+        hint = f"; did you mean {close[0]!r}?" if close else "; `regatta graph info` lists the nodes of a layout"
+        raise ValueError(f"no node is called {name!r}{hint}")
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.robot_types)} robot types"

@@ -26,7 +26,8 @@ READS = "regatta.read("
 PROGRAMS = [block for block in BLOCKS if not any(word in str(block.values[0]) for word in (RUNS, STUDIES, READS))]
 STUDIED = [block for block in BLOCKS if STUDIES in str(block.values[0])]
 READINGS = [block for block in BLOCKS if READS in str(block.values[0])]
-WHOLE_RUNS = [block for block in BLOCKS if RUNS in str(block.values[0])]
+STEPS = [block for block in BLOCKS if "run.step(" in str(block.values[0])]
+WHOLE_RUNS = [block for block in BLOCKS if RUNS in str(block.values[0]) and block not in STEPS]
 
 
 @pytest.mark.parametrize("code", PROGRAMS)
@@ -47,6 +48,17 @@ def test_a_whole_run_in_a_readme_runs(code: str) -> None:
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=True
     )
     assert re.fullmatch(r"10 \S+ \S+ {}\n20 \S+ \S+ {}\n40 \S+ \S+ {}\n", ended.stdout), ended.stdout
+
+
+@pytest.mark.parametrize("code", STEPS)
+def test_a_run_in_steps_in_a_readme_runs(code: str) -> None:
+    environment = os.environ | {"REGATTA_PROGRAM": str(binary())}
+    command = [sys.executable, "-c", code]
+    ended = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=True
+    )
+    lines = re.findall(r"^(\d+) s: \d+ robots busy, mean speed [\d.]+ m/s$", ended.stdout, re.MULTILINE)
+    assert lines == ["60", "120", "180"], ended.stdout
 
 
 @pytest.mark.parametrize("code", STUDIED)

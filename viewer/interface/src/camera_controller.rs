@@ -41,9 +41,6 @@ pub struct CameraController {
     /// The direction from which everything is kept in the picture, also when it grows; `None`
     /// after the user has moved the camera.
     fit: Option<Fit>,
-    /// The part of the picture that everything is kept in. A panel that opens leaves it as it is,
-    /// so that nothing moves.
-    window: Option<Window>,
 }
 
 /// A direction from which everything is shown.
@@ -97,7 +94,6 @@ impl CameraController {
             follow: None,
             yaw_offset: 0.0,
             fit: (!is_fixed).then_some(Fit::Default),
-            window: None,
         }
     }
 
@@ -112,14 +108,10 @@ impl CameraController {
         Self { camera: Camera::default().toggled_plan(), ..Self::top_view() }
     }
 
-    /// Fits the bounds into the picture unless the user has moved the camera or a flight is under
-    /// way. `window` is the part of the picture that is free now; it counts in the first picture,
-    /// and when the picture has another shape.
+    /// Fits the bounds into the part of the picture that is free now, unless the user has moved the
+    /// camera or a flight is under way.
     pub fn keep_fitted(&mut self, bounds: Bounds, window: Window) {
         let Some(fit) = self.fit.filter(|_| self.flight.is_none()) else { return };
-        let window = *self
-            .window
-            .insert(self.window.filter(|known| known.aspect == window.aspect).unwrap_or(window));
         self.camera = fit.direction(self.camera).fitted_within(bounds, window).clamped();
     }
 
@@ -208,7 +200,7 @@ impl CameraController {
         self.camera = Camera { target, distance: wanted.distance, ..before }.clamped();
     }
 
-    /// Leaves the camera where it is: it doesn't follow the size of the picture any more.
+    /// Leaves the camera where it is: it doesn't follow the free part of the picture any more.
     pub fn stay(&mut self) {
         self.fit = None;
     }
@@ -224,14 +216,14 @@ impl CameraController {
             if self.camera.is_plan() { FRAC_PI_2 } else { self.camera.pitch.clamp(0.5, 1.1) };
         self.follow = None;
         self.fly(Camera { pitch, ..self.camera }.fitted_within(bounds, window));
-        (self.fit, self.window) = (Some(Fit::Current), Some(window));
+        self.fit = Some(Fit::Current);
     }
 
     /// Flies to where everything is in the picture, seen from straight above with north up.
     pub fn top(&mut self, bounds: Bounds, window: Window) {
         self.follow = None;
         self.fly(Fit::FromAbove.direction(self.camera).fitted_within(bounds, window));
-        (self.fit, self.window) = (Some(Fit::FromAbove), Some(window));
+        self.fit = Some(Fit::FromAbove);
     }
 
     /// Switches between the plan and the view in perspective. Both show about the same ground.

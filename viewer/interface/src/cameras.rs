@@ -164,6 +164,10 @@ pub(super) fn show(context: &PanelContext<'_>, bookmarks: &[Bookmark], ui: &mut 
         {
             context.act(Action::WriteSvg);
         }
+        let text = "Writes a picture of the window into the current folder (Ctrl+S)";
+        if ui.button("Picture").on_hover_text(text).clicked() {
+            context.act(Action::WritePicture);
+        }
     });
 }
 

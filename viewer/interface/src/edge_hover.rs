@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use egui::{Area, Grid, Id, Order, Pos2, Rect, RichText, Ui, vec2};
+use egui::{Area, Id, Order, Pos2, Rect, RichText, Ui, vec2};
 use regatta_scene::heat::{Figure, Heat, Period};
 
 use super::context::PanelContext;
@@ -11,7 +11,7 @@ use super::heat::period_text;
 use super::levels::PictureArea;
 use super::places::PresenceCounter;
 use super::ramp;
-use super::style::{self, faint};
+use super::style::{self, faint, line};
 use crate::jams::Presence;
 use crate::text::thousands;
 
@@ -19,6 +19,8 @@ use crate::text::thousands;
 const REACH: f32 = 7.0;
 /// The time that the pointer rests before the figures are shown, in seconds.
 const REST: f32 = 0.2;
+/// The width of the figures, in points.
+const WIDTH: f32 = 220.0;
 /// The figures of an edge where no heat map is shown.
 const USUAL: [Figure; 2] = [Figure::Throughput, Figure::Waiting];
 
@@ -110,7 +112,8 @@ fn tooltip(
     let area = area.fade_in(false).interactable(false).fixed_pos(at + vec2(14.0, 16.0));
     area.constrain_to(within).show(ctx, |ui| {
         style::floating(context.theme).show(ui, |ui| {
-            ui.set_max_width(260.0);
+            // An area keeps its last width, and would put the columns over each other.
+            ui.set_width(WIDTH);
             ui.label(RichText::new(title).strong());
             if model.closed.binary_search(&edge).is_ok() {
                 ui.label(RichText::new("closed").color(context.colours.bad));
@@ -132,30 +135,17 @@ fn figures(
     let facts = context.model.jams.edge(edge).filter(|_| !context.model.is_past());
     let period = heat.map_or(Period::TenMinutes, |heat| heat.period);
     let number = Period::ALL.iter().position(|known| *known == period).unwrap_or_default();
-    Grid::new("edge under the pointer").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
-        if let Some(periods) = facts.and_then(|facts| facts.traffic) {
-            for figure in shown_figures(heat) {
-                let value = figure.value(&periods[number]).map_or("–".to_owned(), ramp::short);
-                let value = RichText::new(value).monospace();
-                ui.label(faint(ui, figure.title()));
-                ui.label(match heat {
-                    Some(heat) if heat.figure == figure => {
-                        value.strong().color(context.colours.accent)
-                    }
-                    _ => value,
-                });
-                ui.end_row();
-            }
+    if let Some(periods) = facts.and_then(|facts| facts.traffic) {
+        for figure in shown_figures(heat) {
+            let value = figure.value(&periods[number]).map_or("–".to_owned(), ramp::short);
+            line(ui, figure.title(), value);
         }
-        if let Some(present) = present {
-            for (name, robots) in [("robots now", present.robots), ("waiting now", present.waiting)]
-            {
-                ui.label(faint(ui, name));
-                ui.label(RichText::new(thousands(robots.into())).monospace());
-                ui.end_row();
-            }
+    }
+    if let Some(present) = present {
+        for (name, robots) in [("robots now", present.robots), ("waiting now", present.waiting)] {
+            line(ui, name, thousands(robots.into()));
         }
-    });
+    }
     if let Some(facts) = facts {
         let text = match facts.traffic {
             Some(_) => period_text(period, facts.period_secs[number]),

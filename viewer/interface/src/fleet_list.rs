@@ -15,9 +15,11 @@ use super::context::{PanelContext, Request};
 use super::filter::{FilterChoices, is_matching};
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
+use super::search::{self, Found};
 use super::style::{self, ThemeColours, activity_colour, one_line};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
+use crate::robot_filter::{Filter, OrderFilter};
 use crate::text::with_plural;
 
 /// A column of the list: title, order, and right edge as a fraction of the width.
@@ -44,6 +46,9 @@ const WIDE: &[Column] = &[
     ("contact", None, 0.985),
 ];
 
+/// The explanation of the search.
+const SEARCH: &str = "The id or the activity of a robot; and with Enter n12 for a node, e12 for an \
+                      edge, o12 for an order, or the name of a station, a node or an edge";
 /// The opacity of the row of a robot that doesn't match the filter.
 const DIMMED: f32 = 0.35;
 
@@ -147,12 +152,32 @@ impl FleetPanel {
         held.or_else(|| Some(newest.clone()))
     }
 
+    /// Goes to the place that the text of the search names, or shows the robots with an order.
+    fn find_other(&mut self, context: &PanelContext<'_>) {
+        match search::find(&context.model.world, &self.query.filter) {
+            Some(Found::Place(item)) => go_to(context, item),
+            Some(Found::Order(number)) => {
+                let order = OrderFilter::Number(number);
+                context.ask(Request::Filter(Filter { order, ..context.filter.clone() }));
+            }
+            None => {
+                let text = self.query.filter.trim();
+                context.notify(format!("there is no robot, place or name '{text}'"));
+                return;
+            }
+        }
+        // The list shows all robots again.
+        self.query.filter.clear();
+        context.act(Action::Rows(self.query.clone()));
+    }
+
     fn search(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
         let robots = context.model.frame.map_or(0, |frame| frame.len());
         ui.horizontal(|ui| {
-            let hint = format!("{}: id or activity", with_plural(robots as u64, "robot"));
+            let hint = format!("{}: id, activity, n12, e12", with_plural(robots as u64, "robot"));
             let field = egui::TextEdit::singleline(&mut self.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
+            let field = field.on_hover_text(SEARCH);
             if std::mem::take(&mut self.requests_focus) {
                 field.request_focus();
                 select_all(ui, field.id, &self.query.filter);
@@ -169,15 +194,18 @@ impl FleetPanel {
                     .and_then(|rows| rows.ids.first());
                 match exact.or(first.copied()) {
                     Some(id) if extend => context.ask(Request::Toggle(Item::Robot(id))),
-                    Some(id) => {
-                        context.ask(Request::Select(Some(Item::Robot(id))));
-                        context.ask(Request::FlyToSelected);
-                    }
-                    None => context.notify(format!("no robot '{}'", self.query.filter.trim())),
+                    Some(id) => go_to(context, Item::Robot(id)),
+                    None => self.find_other(context),
                 }
             }
         });
     }
+}
+
+/// Selects something, and flies there.
+fn go_to(context: &PanelContext<'_>, item: Item) {
+    context.ask(Request::Select(Some(item)));
+    context.ask(Request::FlyToSelected);
 }
 
 /// Selects the text of a field, so that the next letter replaces it.

@@ -10,7 +10,7 @@ use regatta_plugin::frame::RobotState;
 pub use regatta_plugin::history::Trend;
 use regatta_plugin::history::{FleetSample, HotSpot};
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
-use regatta_scene::heat::HeatFacts;
+use regatta_scene::heat::{HeatFacts, HotEdge};
 
 /// The known facts of an edge.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +39,8 @@ pub struct NodeFacts {
 pub struct JamFacts {
     /// The scale of the heat map; `None` as long as there is none.
     pub heat: Option<HeatFacts>,
+    /// The hottest places of the heat map, the hottest first.
+    pub hottest: Vec<HotEdge>,
     /// The watched edges.
     pub edges: Vec<EdgeFacts>,
     /// The watched node.

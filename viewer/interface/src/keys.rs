@@ -1,8 +1,12 @@
 //! The keyboard shortcuts: one table for both their commands and the help.
 
+mod table;
+
 use std::ops::AddAssign;
 
 use egui::{Context, Event, Key, Modifiers};
+
+use table::{CAMERA_GROUP, CTRL, GROUPS, NONE, POINTER_GESTURES, Shortcut, shortcuts};
 
 /// A command of a keyboard shortcut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,85 +99,15 @@ pub enum Command {
     PageDown,
     /// Open or close the help.
     Help,
+    /// Undo the last command to the fleet that can be undone.
+    Undo,
+    /// Save a picture of the window.
+    Picture,
     /// Switch full screen on or off.
     FullScreen,
     /// Close the window.
     Quit,
 }
-
-/// A keyboard shortcut.
-struct Shortcut {
-    modifiers: Modifiers,
-    key: Key,
-    command: Command,
-    /// The text in the help; empty for a second key of the command above.
-    text: &'static str,
-}
-
-const fn shortcut(
-    modifiers: Modifiers,
-    key: Key,
-    command: Command,
-    text: &'static str,
-) -> Shortcut {
-    Shortcut { modifiers, key, command, text }
-}
-
-const NONE: Modifiers = Modifiers::NONE;
-const CTRL: Modifiers = Modifiers::COMMAND;
-const SHIFT: Modifiers = Modifiers::SHIFT;
-
-const SHORTCUTS: &[Shortcut] = &[
-    shortcut(NONE, Key::Space, Command::Pause, "pause, resume"),
-    shortcut(NONE, Key::Period, Command::Step, "advance one tick"),
-    shortcut(NONE, Key::Comma, Command::StepBack, "recording, past: one frame back"),
-    shortcut(NONE, Key::X, Command::NextMark, "next mark (of a live run: note)"),
-    shortcut(NONE, Key::Z, Command::PreviousMark, "previous mark"),
-    shortcut(SHIFT, Key::N, Command::Note, "write a note at this time"),
-    shortcut(NONE, Key::Y, Command::Loop, "recording: repeat a part from, to, end"),
-    shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
-    shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
-    shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),
-    shortcut(NONE, Key::K, Command::FewerRobots, "20 % fewer robots"),
-    shortcut(NONE, Key::I, Command::MoreRobots, "25 % more robots"),
-    shortcut(NONE, Key::Home, Command::Fit, "fit everything"),
-    shortcut(NONE, Key::T, Command::Top, "view from above"),
-    shortcut(NONE, Key::F, Command::Follow, "follow: behind, above, off"),
-    shortcut(NONE, Key::J, Command::Fly, "fly to the selection"),
-    shortcut(CTRL, Key::F, Command::Find, "find a robot by id"),
-    shortcut(NONE, Key::N, Command::Next, "next robot"),
-    shortcut(NONE, Key::P, Command::Previous, "previous robot"),
-    shortcut(NONE, Key::Escape, Command::Deselect, "deselect, close"),
-    shortcut(NONE, Key::Num1, Command::Fleet, "fleet panel"),
-    shortcut(NONE, Key::Num2, Command::Collisions, "collisions panel"),
-    shortcut(NONE, Key::Num3, Command::Selection, "selection panel"),
-    shortcut(NONE, Key::Num4, Command::View, "view panel"),
-    shortcut(NONE, Key::Num5, Command::Performance, "performance panel"),
-    shortcut(NONE, Key::Num6, Command::Connection, "connection panel"),
-    shortcut(NONE, Key::Num7, Command::Spots, "hot spots panel"),
-    shortcut(NONE, Key::Num8, Command::Plots, "figures over time"),
-    shortcut(NONE, Key::Num9, Command::Log, "log and alarms"),
-    shortcut(NONE, Key::PageUp, Command::PageUp, "list: page up"),
-    shortcut(NONE, Key::PageDown, Command::PageDown, "list: page down"),
-    shortcut(NONE, Key::C, Command::Colour, "next colouring"),
-    shortcut(NONE, Key::L, Command::Theme, "light or dark theme"),
-    shortcut(NONE, Key::G, Command::Graph, "show or hide the graph"),
-    shortcut(NONE, Key::H, Command::Plans, "routes and goals of all robots"),
-    shortcut(NONE, Key::B, Command::Waits, "who waits for whom"),
-    shortcut(SHIFT, Key::U, Command::RobotIds, "ids of robots"),
-    shortcut(NONE, Key::O, Command::Plan, "plan (orthographic) or perspective"),
-    shortcut(SHIFT, Key::M, Command::Minimap, "minimap"),
-    shortcut(NONE, Key::M, Command::Measure, "measure distance and clearance"),
-    shortcut(SHIFT, Key::Z, Command::Density, "density of robots from afar"),
-    shortcut(SHIFT, Key::H, Command::Heat, "heat map of the edges"),
-    shortcut(SHIFT, Key::G, Command::NextFigure, "heat map: next figure"),
-    shortcut(NONE, Key::Questionmark, Command::Help, "this help"),
-    shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
-    shortcut(SHIFT, Key::Slash, Command::Help, ""),
-    shortcut(NONE, Key::F1, Command::Help, ""),
-    shortcut(NONE, Key::F11, Command::FullScreen, "full screen"),
-    shortcut(CTRL, Key::Q, Command::Quit, "close the window"),
-];
 
 /// Keys that move the camera while they are held: keys, motion, text in the help.
 const HELD_KEYS: &[(&[Key], CameraMotion, &str)] = &[
@@ -187,21 +121,6 @@ const HELD_KEYS: &[(&[Key], CameraMotion, &str)] = &[
     (&[Key::V], CameraMotion { tilt_down: -1.0, ..STILL }, "tilt up"),
     (&[Key::Plus, Key::Equals], CameraMotion { zoom_out: -1.0, ..STILL }, "zoom in"),
     (&[Key::Minus], CameraMotion { zoom_out: 1.0, ..STILL }, "zoom out"),
-];
-
-/// Gestures of mouse and touchpad, for the help: gesture, effect.
-pub const POINTER_GESTURES: &[(&str, &str)] = &[
-    ("left drag", "orbit around the target"),
-    ("right, middle or Shift drag", "pan over the ground"),
-    ("wheel, pinch", "zoom in or out at the cursor"),
-    ("two fingers", "pan over the ground"),
-    ("click", "select a robot, edge or node"),
-    ("Ctrl or Cmd click", "add a robot to the selection, or remove it"),
-    ("Enter in the search", "select it; with Ctrl or Cmd, add it"),
-    ("right click", "menu: hold, break, send, close an edge"),
-    ("double click", "fly there"),
-    ("left drag in a plan", "pan"),
-    ("click while measuring", "one end, then the other: robots or places"),
 ];
 
 /// The camera motion of held keys; each part is -1, 0 or 1.
@@ -285,8 +204,7 @@ fn is_plus(key: &Key) -> bool {
 }
 
 fn command_of(key: Key, modifiers: Modifiers) -> Option<Command> {
-    let shortcut = SHORTCUTS
-        .iter()
+    let shortcut = shortcuts()
         .find(|shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers))?;
     Some(shortcut.command)
 }
@@ -317,23 +235,35 @@ pub fn held(context: &Context) -> CameraMotion {
     all
 }
 
-/// Returns all keys with their texts in the help.
-pub fn list(context: &Context) -> Vec<(String, &'static str)> {
-    let mut list = Vec::new();
-    for (keys, _, text) in HELD_KEYS {
-        let names: Vec<_> = keys.iter().map(|key| name_of(*key)).collect();
-        list.push((names.join("  "), *text));
+/// A group of the help: its name, and inputs with their effects.
+pub type HelpGroup = (&'static str, Vec<(String, &'static str)>);
+
+/// Returns all keys and gestures with their texts in the help, by group.
+pub fn help(context: &Context) -> Vec<HelpGroup> {
+    let gestures = POINTER_GESTURES.iter().map(|(gesture, text)| ((*gesture).to_owned(), *text));
+    let mut groups = vec![("Mouse and touchpad", gestures.collect())];
+    for (name, shortcuts) in GROUPS {
+        let held = if *name == CAMERA_GROUP { HELD_KEYS } else { &[] };
+        let held = held.iter().map(|(keys, _, text)| (held_names(keys), *text));
+        let shown = shortcuts.iter().filter(|shortcut| !shortcut.text.is_empty());
+        let shown = shown.map(|shortcut| (shortcut.name(context), shortcut.text));
+        groups.push((*name, held.chain(shown).collect()));
     }
-    for Shortcut { modifiers, key, text, .. } in SHORTCUTS {
-        let name = match *modifiers {
-            NONE => name_of(*key).to_owned(),
-            held => format!("{}+{}", context.format_modifiers(held), name_of(*key)),
-        };
-        if !text.is_empty() {
-            list.push((name, *text));
+    groups
+}
+
+impl Shortcut {
+    /// The keys to press, as printed on them.
+    fn name(&self, context: &Context) -> String {
+        match self.modifiers {
+            NONE => name_of(self.key).to_owned(),
+            held => format!("{}+{}", context.format_modifiers(held), name_of(self.key)),
         }
     }
-    list
+}
+
+fn held_names(keys: &[Key]) -> String {
+    keys.iter().map(|key| name_of(*key)).collect::<Vec<_>>().join("  ")
 }
 
 /// Returns a key's name as printed on it.
@@ -364,8 +294,7 @@ mod tests {
 
     #[test]
     fn no_key_has_two_commands() {
-        let mut chords: Vec<_> = SHORTCUTS
-            .iter()
+        let mut chords: Vec<_> = shortcuts()
             .map(|shortcut| (format!("{:?}", shortcut.modifiers), shortcut.key))
             .collect();
         chords.extend(

@@ -20,6 +20,7 @@ pub mod footprint;
 pub mod heat;
 mod help;
 mod history;
+mod hottest;
 mod icons;
 pub mod jams;
 mod keys;
@@ -44,6 +45,7 @@ mod ramp;
 pub mod robot_filter;
 pub mod robot_spots;
 pub mod rows;
+mod search;
 mod selection;
 pub mod settings;
 mod shortcuts;
@@ -56,6 +58,7 @@ pub mod text;
 mod timeline;
 mod top_bar;
 pub mod transport;
+mod undo;
 mod view;
 mod view_cube;
 pub mod view_model;
@@ -141,6 +144,10 @@ impl Interface {
         self.present(model, &mut actions, |interface, context| {
             interface.over_picture(context, ui.ctx(), area, pointer);
         });
+        if let Some(message) = self.undo.remember(&actions, model) {
+            self.notify(message);
+        }
+        actions.append(&mut self.undoing);
         self.move_camera(ui, area, model);
         if self.level() != level.as_deref() {
             ui.ctx().request_repaint();

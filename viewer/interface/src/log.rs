@@ -296,6 +296,42 @@ impl LogFilter {
     }
 }
 
+/// An entry that stands for itself and for those right before it that differ in numbers alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repeated {
+    /// The place of the newest of them in the log.
+    pub place: usize,
+    /// The number of the others.
+    pub more: u32,
+}
+
+/// Returns the entries that a filter shows, the newest first. Repeats are put together, so that an
+/// entry of another kind is seen among many; a filter by text shows each.
+pub fn repeated(entries: &VecDeque<Entry>, filter: &LogFilter) -> Vec<Repeated> {
+    let mut shown: Vec<Repeated> = Vec::new();
+    for (place, entry) in entries.iter().enumerate().rev().filter(|(_, entry)| filter.shows(entry))
+    {
+        match shown.last_mut() {
+            Some(last) if filter.text.is_empty() && is_repeat(&entries[last.place], entry) => {
+                last.more += 1;
+            }
+            _ => shown.push(Repeated { place, more: 0 }),
+        }
+    }
+    shown
+}
+
+/// Whether two entries differ in times, places and numbers alone.
+fn is_repeat(one: &Entry, other: &Entry) -> bool {
+    one.kind == other.kind
+        && one.severity == other.severity
+        && without_numbers(&one.text).eq(without_numbers(&other.text))
+}
+
+fn without_numbers(text: &str) -> impl Iterator<Item = char> {
+    text.chars().filter(|letter| !letter.is_ascii_digit())
+}
+
 /// Returns the entry of a mark of a recording.
 pub fn of_mark(mark: &RecordingMark) -> Option<Entry> {
     let (robot, count) = (mark.robot, mark.count);
@@ -312,4 +348,27 @@ pub fn of_mark(mark: &RecordingMark) -> Option<Entry> {
     };
     let robot = Some(robot).filter(|_| kind != Kind::Note);
     Some(Entry { time_nanos: mark.time_nanos, kind, severity, robot, place: Place::None, text })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(kind: Kind, text: &str) -> Entry {
+        let (severity, place) = (Severity::Info, Place::None);
+        Entry { time_nanos: 0, kind, severity, robot: None, place, text: text.to_owned() }
+    }
+
+    #[test]
+    fn repeats_are_put_together_so_that_another_entry_is_seen() {
+        let order = |number: u32| entry(Kind::Order, &format!("order {number} was reassigned"));
+        let mut entries: VecDeque<Entry> = (0..37).map(order).collect();
+        entries.push_back(entry(Kind::Edge, "edge 7 was closed"));
+        entries.extend([order(90), entry(Kind::Order, "order 91 has failed")]);
+        let shown = repeated(&entries, &LogFilter::default());
+        let rows: Vec<_> = shown.iter().map(|row| (row.place, row.more)).collect();
+        assert_eq!(rows, [(39, 0), (38, 0), (37, 0), (36, 36)]);
+        let filter = LogFilter { text: "reassigned".to_owned(), ..LogFilter::default() };
+        assert_eq!(repeated(&entries, &filter).len(), 38, "a text shows each");
+    }
 }

@@ -19,7 +19,7 @@ use super::virtual_list::{VirtualList, clickable};
 use crate::commands::UserCommand;
 use crate::log::{
     Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogLosses, LogReport, Place,
-    Severity, of_mark,
+    Repeated, Severity, of_mark, repeated,
 };
 use crate::text::{thousands, with_plural};
 
@@ -35,18 +35,14 @@ pub(super) struct LogPanel {
     /// The source of `shown`: the revision of the log, and the filter.
     made_of: Option<(u64, LogFilter)>,
     /// The entries that the filter shows, by their places in the log, the newest first.
-    shown: Vec<usize>,
+    shown: Vec<Repeated>,
 }
 
 impl LogPanel {
     fn update(&mut self) {
         let wanted = (self.log.revision(), self.filter.clone());
         if self.made_of.as_ref() != Some(&wanted) {
-            let entries = self.log.entries().iter().enumerate().rev();
-            self.shown = entries
-                .filter(|(_, entry)| self.filter.shows(entry))
-                .map(|(place, _)| place)
-                .collect();
+            self.shown = repeated(self.log.entries(), &self.filter);
             self.made_of = Some(wanted);
         }
     }
@@ -78,7 +74,8 @@ impl LogPanel {
             self.filters(ui);
             let shown: Vec<&Entry> =
                 entries.iter().filter(|entry| self.filter.shows(entry)).collect();
-            let clicked = list_entries(context, ui, &mut self.list, shown.len(), &|row| shown[row]);
+            let clicked =
+                list_entries(context, ui, &mut self.list, shown.len(), &|row| (shown[row], 0));
             if let Some(entry) = clicked {
                 context.act(Action::Control(ControlRequest {
                     count: entry.time_nanos,
@@ -91,8 +88,10 @@ impl LogPanel {
         self.filters(ui);
         self.update();
         let (entries, shown) = (self.log.entries(), &self.shown);
-        let clicked =
-            list_entries(context, ui, &mut self.list, shown.len(), &|row| &entries[shown[row]]);
+        let clicked = list_entries(context, ui, &mut self.list, shown.len(), &|row| {
+            let Repeated { place, more } = shown[row];
+            (&entries[place], more)
+        });
         if let Some(entry) = clicked {
             jump(context, &entry);
         }
@@ -188,7 +187,7 @@ fn list_entries<'a>(
     ui: &mut Ui,
     list: &mut VirtualList,
     count: usize,
-    entry: &dyn Fn(usize) -> &'a Entry,
+    entry: &dyn Fn(usize) -> (&'a Entry, u32),
 ) -> Option<Entry> {
     let (colours, selected) = (context.colours, context.selection.robots());
     if count == 0 {
@@ -197,20 +196,28 @@ fn list_entries<'a>(
     }
     let mut clicked = None;
     list.show(ui, "log", &colours, count, |ui, rect, row| {
-        let entry = entry(row);
+        let (entry, more) = entry(row);
+        let text = row_text(entry, more);
         let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
         let time = clock_text(entry.time_nanos as f64 / 1e9);
-        let response = clickable(ui, rect, row as u32, is_selected, &colours, || {
-            format!("{time} {}", entry.text)
-        });
+        let response =
+            clickable(ui, rect, row as u32, is_selected, &colours, || format!("{time} {text}"));
         if response.clicked() {
             clicked = Some(entry.clone());
         }
-        if paint(ui, rect, entry, &time, &colours) {
-            response.on_hover_text(&entry.text);
+        if paint(ui, rect, (entry.severity, &text), &time, &colours) {
+            response.on_hover_text(text);
         }
     });
     clicked
+}
+
+/// The text of a row: that of its entry, and how many like it the row stands for.
+fn row_text(entry: &Entry, more: u32) -> String {
+    match more {
+        0 => entry.text.clone(),
+        more => format!("{}, and {} more like it", entry.text, thousands(more.into())),
+    }
 }
 
 /// Selects the subject of an entry, and flies there.
@@ -242,9 +249,20 @@ fn name_of(kind: Option<Kind>) -> &'static str {
 
 fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {
     let response = ui.small_button("OK").on_hover_text("Acknowledge");
+    let name = format!("acknowledge {}", subject_of(key));
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     response
-        .widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("acknowledge {key:?}")));
-    response
+}
+
+/// The subject of an alarm, in words.
+fn subject_of(key: AlarmKey) -> String {
+    match key {
+        AlarmKey::Robot(robot) => format!("robot {robot}"),
+        AlarmKey::Contact([one, other]) => format!("robots {one} and {other}"),
+        AlarmKey::Edge(edge) => format!("edge {edge}"),
+        AlarmKey::Standstill => "the standstill".to_owned(),
+        AlarmKey::Manager => "the fleet manager".to_owned(),
+    }
 }
 
 fn count_text(alarms: usize) -> String {
@@ -269,8 +287,14 @@ fn alarm_colour(alarm: &Alarm, colours: &ThemeColours) -> egui::Color32 {
 }
 
 /// Paints an entry. Returns whether its text ends with an ellipsis because the row is too short.
-fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours) -> bool {
-    let colour = match entry.severity {
+fn paint(
+    ui: &Ui,
+    rect: Rect,
+    (severity, text): (Severity, &str),
+    time: &str,
+    colours: &ThemeColours,
+) -> bool {
+    let colour = match severity {
         Severity::Info => colours.good,
         Severity::Warning => colours.warn,
         Severity::Alarm => colours.bad,
@@ -280,8 +304,7 @@ fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours)
     let at = pos2(rect.left() + 16.0, rect.center().y);
     let time = painter.text(at, Align2::LEFT_CENTER, time, FontId::monospace(12.0), colours.faint);
     let left = time.right() + 8.0;
-    let text =
-        one_line(ui, &entry.text, rect.right() - left, FontId::proportional(12.0), colours.text);
+    let text = one_line(ui, text, rect.right() - left, FontId::proportional(12.0), colours.text);
     let place = Align2::LEFT_CENTER.anchor_size(pos2(left, rect.center().y), text.size());
     painter.galley(place.min, Arc::clone(&text), colours.text);
     text.elided

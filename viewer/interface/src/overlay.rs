@@ -8,6 +8,7 @@ use regatta_scene::palette::{Legend, Scale, Theme};
 
 use super::context::PanelContext;
 use super::heat::HeatLegend;
+use super::hottest;
 use super::labels::{LabelView, Labels};
 use super::levels::PictureArea;
 use super::placement::Placement;
@@ -104,6 +105,10 @@ impl Interface {
             }
             self.spots.draw_mark(context, ctx, area);
             self.elements(context, ctx, area, &mut placement);
+            if self.settings.heat {
+                let taken: Vec<Rect> = placement.taken().iter().map(|(_, place)| *place).collect();
+                hottest::draw(context, ctx, area, &taken);
+            }
         }
         self.last.placement = placement;
     }

@@ -109,12 +109,12 @@ pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal(|ui| {
             let (dot, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
             ui.painter().rect_filled(dot, 2.0, colour);
-            line(ui, name, format!("{:.2} ms", timing.mean(part) * 1e3));
+            line(ui, name, millis(timing.mean(part)));
         });
     }
     let cpu: f32 = PARTS[..3].iter().map(|(_, part)| timing.mean(*part)).sum();
-    line(ui, "CPU, without the interface", format!("{:.2} ms", cpu * 1e3));
-    let gpu = timing.gpu().map_or("not measured".to_owned(), |gpu| format!("{:.2} ms", gpu * 1e3));
+    line(ui, "CPU, without the interface", millis(cpu));
+    let gpu = timing.gpu().map_or("not measured".to_owned(), millis);
     line(ui, "GPU, the fleet", gpu);
     heading(ui, "frames");
     line(ui, "read", thousands(context.model.counts.read));
@@ -145,4 +145,9 @@ fn bars(ui: &Ui, area: Rect, timing: &Timing, colours: &[Color32]) {
             bottom = top;
         }
     }
+}
+
+/// Formats seconds as milliseconds. The sum of nothing is a negative zero.
+fn millis(secs: f32) -> String {
+    format!("{:.2} ms", secs * 1e3 + 0.0)
 }

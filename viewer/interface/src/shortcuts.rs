@@ -101,6 +101,11 @@ impl Interface {
             Command::PageUp => self.page(-1.0),
             Command::PageDown => self.page(1.0),
             Command::Help => self.help.is_open = !self.help.is_open,
+            Command::Undo => match self.undo.take() {
+                Some(mut step) => self.undoing.append(&mut step),
+                None => self.notify("there is no command to undo"),
+            },
+            Command::Picture => context.act(Action::WritePicture),
             Command::FullScreen => context.act(Action::FullScreen),
             Command::Quit => context.act(Action::Quit),
         }

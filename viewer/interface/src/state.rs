@@ -36,6 +36,7 @@ use super::spots::SpotsPanel;
 use super::style;
 use super::timeline::TimelinePanel;
 use super::transport::TransportBar;
+use super::undo::Undo;
 use super::view::ViewPanel;
 use super::view_model::{Action, Item, ViewModel};
 
@@ -70,6 +71,9 @@ pub struct Interface {
     pub(super) menu: Menu,
     pub(super) help: Help,
     pub(super) messages: Messages,
+    pub(super) undo: Undo,
+    /// The actions that undo others, which this picture returns.
+    pub(super) undoing: Vec<Action>,
     pub(super) last: LastPicture,
     /// Keys for the search field that were pressed before it had the focus.
     pub(super) late_input: Option<Vec<egui::Event>>,
@@ -120,6 +124,8 @@ impl Interface {
             menu: Menu::default(),
             help: Help::default(),
             messages: Messages::default(),
+            undo: Undo::default(),
+            undoing: Vec::new(),
             last: LastPicture {
                 left: None,
                 plots: false,
@@ -158,6 +164,8 @@ impl Interface {
 
     fn open_selection(&mut self) {
         if self.selection.item.is_some() {
+            // The next click is aimed at what is there.
+            self.camera_controller.stay();
             self.settings.right = Some(RightPanel::Selection);
         }
     }

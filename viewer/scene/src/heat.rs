@@ -9,6 +9,8 @@ use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::{Traffic, World};
 use serde::{Deserialize, Serialize};
 
+use crate::curves::midpoint;
+
 /// The share of edges with a value that are hotter than the hot end of the scale: a few extremes
 /// would leave the rest cold.
 const BEYOND: f32 = 0.01;
@@ -200,9 +202,25 @@ pub struct HeatMap {
     pub straight: Vec<HotCurve>,
     /// The other ones.
     pub bent: Vec<HotCurve>,
+    /// The hottest places, the hottest first, at most [`LABELLED`].
+    pub hottest: Vec<HotEdge>,
     /// The scale.
     pub facts: HeatFacts,
 }
+
+/// An edge that is hotter than those around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HotEdge {
+    /// Its index in the world.
+    pub edge: u32,
+    /// Its value, in the unit of the figure's title.
+    pub value: f32,
+}
+
+/// The number of places of a heat map that are labelled.
+pub const LABELLED: usize = 5;
+/// The part of the layout's extent within which two edges are one hot place.
+const ONE_PLACE: f32 = 0.06;
 
 impl HeatMap {
     /// Works out the heat map of a world's edges.
@@ -239,8 +257,44 @@ impl HeatMap {
             has_contacts: traffic.header.has_contacts != 0,
             has_routes: traffic.header.has_routes != 0,
         };
-        Self { straight, bent, facts }
+        let hottest = hottest(heat.figure, figures, world);
+        Self { straight, bent, hottest, facts }
     }
+}
+
+/// Returns the hottest edges of a world, one for each place.
+fn hottest(figure: Figure, figures: &[EdgeTraffic], world: &World<'_>) -> Vec<HotEdge> {
+    let edges = (0..)
+        .zip(figures)
+        .filter_map(|(edge, figures)| Some(HotEdge { edge, value: figure.value(figures)? }));
+    let mut edges: Vec<HotEdge> = edges.collect();
+    match figure {
+        Figure::Speed => edges.sort_by(|one, other| one.value.total_cmp(&other.value)),
+        _ => edges.sort_by(|one, other| other.value.total_cmp(&one.value)),
+    }
+    let reach = ONE_PLACE * extent(world);
+    let mut found: Vec<(HotEdge, glam::Vec2)> = Vec::new();
+    for hot in edges {
+        let middle = world.edges().get(hot.edge as usize).and_then(|edge| midpoint(world, edge));
+        let Some(middle) = middle else { continue };
+        if found.iter().all(|(_, other)| other.distance(middle) > reach) {
+            found.push((hot, middle));
+        }
+        if found.len() == LABELLED {
+            break;
+        }
+    }
+    found.into_iter().map(|(hot, _)| hot).collect()
+}
+
+/// The longer side of the rectangle round all nodes, in metres.
+fn extent(world: &World<'_>) -> f32 {
+    let places = world.nodes().iter().map(|node| glam::Vec2::new(node.x, node.y));
+    let corners = places.fold(None, |corners, at| match corners {
+        None => Some((at, at)),
+        Some((low, high)) => Some((at.min(low), at.max(high))),
+    });
+    corners.map_or(0.0, |(low, high): (glam::Vec2, glam::Vec2)| (high - low).max_element())
 }
 
 /// Whether no point of a curve is farther from its chord than a millimetre.
@@ -326,6 +380,8 @@ mod tests {
             (&[hot(1, 0.2), hot(0, 1.0)][..], &[hot(2, 0.2)][..])
         );
         assert_eq!((waiting.facts.secs, waiting.facts.edges), (300.0, 2));
+        let edges: Vec<_> = waiting.hottest.iter().map(|hot| (hot.edge, hot.value)).collect();
+        assert_eq!(edges, [(0, 10.0)], "the second edge has its middle at the same place");
         let speed = map("speed:minute");
         assert_eq!(
             speed.straight,

@@ -4,10 +4,13 @@
 use std::sync::Arc;
 
 use glam::UVec2;
+use image::RgbaImage;
 use regatta_gpu::device::{DeviceError, Gpu};
+use regatta_gpu::resources::Readback;
 use wgpu::{
-    CompositeAlphaMode, CurrentSurfaceTexture, PresentMode, Surface, SurfaceColorSpace,
-    SurfaceConfiguration, SurfaceTexture, TextureFormat, TextureUsages, TextureView,
+    CommandEncoder, CompositeAlphaMode, CurrentSurfaceTexture, PresentMode, Surface,
+    SurfaceColorSpace, SurfaceConfiguration, SurfaceTexture, Texture, TextureFormat, TextureUsages,
+    TextureView,
 };
 use winit::window::Window;
 
@@ -28,13 +31,20 @@ pub struct WindowSurface {
 /// The texture of one picture.
 #[derive(Debug)]
 pub struct Canvas {
-    texture: SurfaceTexture,
+    texture: Target,
     /// The view for the fleet.
     pub fleet: TextureView,
     /// The view for the interface.
     pub interface: TextureView,
     /// Width and height, in pixels.
     pub size: UVec2,
+}
+
+/// The texture of a canvas: of the screen, or one to be read back.
+#[derive(Debug)]
+enum Target {
+    Screen(SurfaceTexture),
+    Memory(Texture),
 }
 
 /// The reason why there is no canvas.
@@ -125,18 +135,59 @@ impl WindowSurface {
                 return Err(NoCanvas::Lost);
             }
         };
-        let [fleet, interface] = [self.fleet_format, self.interface_format].map(|format| {
+        let [fleet, interface] = self.views(&texture.texture);
+        Ok(Canvas { fleet, interface, size, texture: Target::Screen(texture) })
+    }
+
+    /// Creates a canvas like those of the screen, whose picture can be read.
+    ///
+    /// # Errors
+    /// [`NoCanvas::Hidden`] if the window has no size.
+    pub fn to_be_read(&self, gpu: &Gpu) -> Result<Canvas, NoCanvas> {
+        let config = self.config.as_ref().ok_or(NoCanvas::Hidden)?;
+        let size = UVec2::new(config.width, config.height);
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture of the window"),
+            size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: self.interface_format,
+            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
+            view_formats: &[self.fleet_format],
+        });
+        let [fleet, interface] = self.views(&texture);
+        Ok(Canvas { fleet, interface, size, texture: Target::Memory(texture) })
+    }
+
+    /// The views of a texture for the fleet and for the interface.
+    fn views(&self, texture: &Texture) -> [TextureView; 2] {
+        [self.fleet_format, self.interface_format].map(|format| {
             let descriptor =
                 wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
-            texture.texture.create_view(&descriptor)
-        });
-        Ok(Canvas { fleet, interface, size, texture })
+            texture.create_view(&descriptor)
+        })
     }
 }
 
 impl Canvas {
-    /// Presents the picture after all its commands were submitted.
-    pub fn present(self, gpu: &Gpu) {
-        gpu.queue.present(self.texture);
+    /// Submits the commands that draw the picture, and presents it on the screen. Returns the
+    /// picture of a canvas [to be read](WindowSurface::to_be_read); `None` if the device was lost.
+    pub fn finish(self, gpu: &Gpu, encoder: CommandEncoder) -> Option<RgbaImage> {
+        match self.texture {
+            Target::Screen(texture) => {
+                gpu.queue.submit([encoder.finish()]);
+                gpu.queue.present(texture);
+                None
+            }
+            Target::Memory(texture) => {
+                let readback = Readback::new(gpu, self.size);
+                let mut texels = readback.read(gpu, encoder, &texture).ok()?;
+                if texture.format() == TextureFormat::Bgra8Unorm {
+                    texels.chunks_exact_mut(4).for_each(|texel| texel.swap(0, 2));
+                }
+                RgbaImage::from_raw(self.size.x, self.size.y, texels)
+            }
+        }
     }
 }

@@ -1,13 +1,13 @@
 //! The UDP programs that the user starts from the interface. They are child processes.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
+use std::ffi::OsString;
+use std::process::Child;
 use std::time::{Duration, Instant};
 
-use parking_lot::Mutex;
 use regatta_interface::view_model::{Action, RunningUdp};
-use regatta_plugin::{FleetName, PARENT_VARIABLE};
+use regatta_plugin::FleetName;
+
+use super::child::ChildProcess;
 
 /// The time that child processes have to end when the viewer ends.
 const GRACE: Duration = Duration::from_secs(2);
@@ -15,16 +15,9 @@ const GRACE: Duration = Duration::from_secs(2);
 /// The UDP source, the UDP sender, and former ones that were asked to end.
 #[derive(Debug, Default)]
 pub struct UdpProcesses {
-    source: Option<UdpProcess>,
-    sender: Option<UdpProcess>,
-    ending: Vec<UdpProcess>,
-}
-
-#[derive(Debug)]
-struct UdpProcess {
-    child: Child,
-    /// The last line of its standard error output.
-    last_line: Arc<Mutex<String>>,
+    source: Option<ChildProcess>,
+    sender: Option<ChildProcess>,
+    ending: Vec<ChildProcess>,
 }
 
 impl UdpProcesses {
@@ -50,7 +43,7 @@ impl UdpProcesses {
         started.err().map(|error| format!("can't start UDP: {error}"))
     }
 
-    fn stop(&mut self, which: impl Fn(&mut Self) -> &mut Option<UdpProcess>) -> Option<String> {
+    fn stop(&mut self, which: impl Fn(&mut Self) -> &mut Option<ChildProcess>) -> Option<String> {
         let mut process = which(self).take()?;
         ask_to_end(&mut process.child);
         self.ending.push(process);
@@ -64,7 +57,7 @@ impl UdpProcesses {
 
     /// Removes the processes that have ended, and returns the messages of those that have failed.
     pub fn remove_ended(&mut self) -> Vec<String> {
-        self.ending.retain_mut(|process| matches!(process.child.try_wait(), Ok(None)));
+        self.ending.retain_mut(ChildProcess::is_running);
         [&mut self.source, &mut self.sender].into_iter().filter_map(remove_ended).collect()
     }
 }
@@ -75,7 +68,7 @@ impl Drop for UdpProcesses {
         self.stop(|udp| &mut udp.sender);
         let deadline = Instant::now() + GRACE;
         while !self.ending.is_empty() && Instant::now() < deadline {
-            self.ending.retain_mut(|process| matches!(process.child.try_wait(), Ok(None)));
+            self.ending.retain_mut(ChildProcess::is_running);
             std::thread::sleep(Duration::from_millis(5));
         }
         for process in &mut self.ending {
@@ -86,27 +79,10 @@ impl Drop for UdpProcesses {
     }
 }
 
-fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<UdpProcess> {
-    let mut child = Command::new(std::env::current_exe()?)
-        .args(["plugin", plugin])
-        .args(args)
-        .args(["--fleet", &fleet.to_string()])
-        .env(PARENT_VARIABLE, std::process::id().to_string())
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()?;
-    let last_line = Arc::new(Mutex::new(String::new()));
-    if let Some(stderr) = child.stderr.take() {
-        let last = Arc::clone(&last_line);
-        // The thread ends with the child.
-        std::thread::Builder::new().name(plugin.into()).spawn(move || {
-            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                *last.lock() = line;
-            }
-        })?;
-    }
-    Ok(UdpProcess { child, last_line })
+fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<ChildProcess> {
+    let fleet = fleet.to_string();
+    let words = [&["plugin", plugin], args, &["--fleet", &fleet]].concat();
+    ChildProcess::start(plugin, words.into_iter().map(OsString::from))
 }
 
 #[cfg(unix)]
@@ -126,11 +102,8 @@ fn ask_to_end(child: &mut Child) {
 }
 
 /// Removes a process that has ended by itself, and returns its message if it has failed.
-fn remove_ended(process: &mut Option<UdpProcess>) -> Option<String> {
-    let ended = process.as_mut()?;
-    let status = ended.child.try_wait().ok()??;
-    let line = ended.last_line.lock().clone();
+fn remove_ended(process: &mut Option<ChildProcess>) -> Option<String> {
+    let outcome = process.as_mut()?.outcome()?;
     *process = None;
-    let line = line.trim_start_matches("regatta: ");
-    (!status.success()).then(|| format!("UDP: {line} ({status})"))
+    outcome.map(|message| format!("UDP: {message}"))
 }

@@ -25,6 +25,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::assets::{Assets, Unloadable};
+use super::dropped::DroppedFiles;
 use super::fleet_state::FleetState;
 use super::frame_pacing::{Due, FramePacing};
 use super::settings_store::{SettingsError, SettingsStore};
@@ -68,6 +69,7 @@ pub struct ViewerWindow {
     fleet_state: FleetState,
     link: Link,
     udp: UdpProcesses,
+    dropped: DroppedFiles,
     frame_pacing: FramePacing,
     timing: Timing,
     look: LookOptions,
@@ -79,6 +81,8 @@ pub struct ViewerWindow {
     /// The file that was opened with this window.
     recording: Option<std::path::PathBuf>,
     is_hidden: bool,
+    /// Whether the next picture is written to a file instead of the screen.
+    takes_picture: bool,
     is_closing: bool,
     assets: Assets,
     drawn_at: Instant,
@@ -151,12 +155,14 @@ impl ViewerWindow {
             fleet_state: FleetState::default(),
             link: Link::open(&options.fleet)?,
             udp: UdpProcesses::default(),
+            dropped: DroppedFiles::default(),
             timing: Timing::new(adapter),
             look,
             fleet: options.fleet.clone(),
             name: options.name(),
             recording: options.recording.clone(),
             is_hidden: false,
+            takes_picture: false,
             is_closing: false,
             assets: Assets::default(),
             drawn_at: now,
@@ -178,7 +184,10 @@ impl ViewerWindow {
             }
             WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
             WindowEvent::DroppedFile(path) => {
-                self.interface.use_file(path);
+                match self.dropped.open(path) {
+                    Some(message) => self.interface.notify(message),
+                    None => self.interface.use_file(path),
+                }
                 self.frame_pacing.schedule(Instant::now());
             }
             _ => {}
@@ -282,7 +291,7 @@ impl ViewerWindow {
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }
-        let ended = self.udp.remove_ended();
+        let ended = [self.udp.remove_ended(), self.dropped.remove_ended()].concat();
         has_news |= !ended.is_empty();
         for text in ended {
             self.interface.notify(text);

@@ -240,7 +240,7 @@ fn nothing_of_others(gpu: &Gpu) {
             has_contacts: true,
             has_routes: true,
         };
-        renderer.inner.set_heat(Some(&HeatMap { straight, bent, facts }));
+        renderer.inner.set_heat(Some(&HeatMap { straight, bent, hottest: Vec::new(), facts }));
         let line = |curve| RouteSegment { curve, range: [0.0, 1.0], released: curve % 2 };
         let all: Vec<_> = (0..4).filter(|index| is_there(*index)).collect();
         let robots_there = |robot: u32| in_cellar(robot) || is_on_level[1];

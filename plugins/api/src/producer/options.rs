@@ -54,7 +54,8 @@ pub struct ProducerOptions {
 #[command(next_help_heading = "Processes")]
 pub struct LockstepOptions {
     /// Wait after each tick until these plugins have finished it, so that runs repeat bit by bit;
-    /// names have commas or spaces between them, and come after the scenario
+    /// names have commas or spaces between them, and come after the scenario; `regatta run` takes
+    /// `all` for those of the scenario
     #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
     pub names: Vec<String>,
     /// Longest time to wait for a plugin in lockstep

@@ -323,3 +323,21 @@ fn several_robots_are_selected() {
     press(&mut harness, Key::Escape);
     assert!(selected(&harness).is_empty());
 }
+
+#[test]
+fn the_search_finds_places_by_number_and_by_name() {
+    for (text, item) in [("n8", Item::Node(1)), ("e34", Item::Edge(0)), ("DOCK 1", Item::Node(0))] {
+        let mut harness = harness(Fixture::new(5));
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
+        settle(&mut harness);
+        harness.event(egui::Event::Text(text.to_owned()));
+        settle(&mut harness);
+        harness.state_mut().rows = Some(Rows {
+            query: RowQuery { filter: text.to_owned(), ..RowQuery::default() },
+            ids: Vec::new(),
+        });
+        settle(&mut harness);
+        press(&mut harness, Key::Enter);
+        assert_eq!(harness.state().interface.selection.item, Some(item), "{text}");
+    }
+}

@@ -35,7 +35,7 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
     let mut harness = harness(fixture);
     harness.get_by_label("1 alarm");
     harness.get_by_label("Log 1");
-    harness.get_by_label("acknowledge Robot(7)").click();
+    harness.get_by_label("acknowledge robot 7").click();
     settle(&mut harness);
     assert_eq!(harness.state_mut().interface.log().unacknowledged(), 0);
     harness.get_by_label("1 alarm");
@@ -95,7 +95,7 @@ fn the_alarms_of_a_recording_go_when_they_are_over() {
     harness.get_by_label("1 alarm");
     harness.get_by_label_contains("robot 7\u{a0}is broken");
     assert!(harness.query_by_label("Acknowledge all").is_none());
-    assert!(harness.query_by_label("acknowledge Robot(7)").is_none());
+    assert!(harness.query_by_label("acknowledge robot 7").is_none());
     take(harness.state_mut(), AlarmChange::Ends(AlarmKey::Robot(7)), None);
     settle(&mut harness);
     harness.get_by_label("no alarms");

@@ -25,7 +25,7 @@ use regatta_interface::log::{
 use regatta_interface::orders::{RobotOrder, Stop};
 use regatta_interface::performance::Timing;
 use regatta_interface::robot_filter::{Filter, MatchCounts, Matches, RobotSet};
-use regatta_interface::rows::{Rows, SortBy};
+use regatta_interface::rows::{RowQuery, Rows, SortBy};
 use regatta_interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_interface::view_model::{
     Action, Counts, EngineState, Item, Live, RunningUdp, Timeline, ViewModel,

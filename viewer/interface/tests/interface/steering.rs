@@ -123,3 +123,39 @@ fn recordings_and_the_past_take_no_commands() {
         harness.get_by_label_contains(reason);
     }
 }
+
+#[test]
+fn what_breaks_things_is_told_and_undone_by_a_key() {
+    let mut harness = harness(Fixture::new(5));
+    choose(&mut harness, Item::Edge(0), "Close edge");
+    harness.get_by_label("close edge 34: Ctrl+Z undoes it");
+    choose(&mut harness, Item::Robot(2), "Break down");
+    harness.state_mut().actions.clear();
+    for expected in [UserCommand::Repair(2), UserCommand::Open(34)] {
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        settle(&mut harness);
+        assert_eq!(commands(&harness).last(), Some(&expected));
+    }
+    assert_eq!(commands(&harness).len(), 2, "an undo is no command to be undone");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    harness.get_by_label("there is no command to undo");
+}
+
+#[test]
+fn the_robots_that_are_removed_come_back() {
+    let mut fixture = Fixture::new(5);
+    fixture.status = Some(ControlResponse { robots: 5, ..ControlResponse::default() });
+    let mut harness = harness(fixture);
+    press(&mut harness, Key::K);
+    harness.get_by_label("remove 1 of 5 robots: Ctrl+Z undoes it");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    let counts = harness.state().actions.iter().filter_map(|action| match action {
+        Action::Control(request) if request.kind() == Some(ControlKind::Robots) => {
+            Some(request.count)
+        }
+        _ => None,
+    });
+    assert_eq!(counts.collect::<Vec<_>>(), [4, 5]);
+}

@@ -71,28 +71,36 @@ fn a_flight_ends_in_the_middle_of_what_no_panel_covers() {
     }
 }
 
-/// Neither a camera that was placed nor one that is still fitted to the fleet.
 #[test]
-fn the_picture_stays_where_it_is_when_a_panel_opens() {
-    for camera in [
-        CameraController::new(Camera::default(), true),
-        CameraController::default(),
-        CameraController::plan(),
+fn a_camera_that_was_placed_stays_where_it_is_when_a_panel_opens() {
+    let mut harness = harness_of(USUAL, 1.0, |fixture| {
+        past(fixture);
+        fixture.interface.camera_controller = CameraController::new(Camera::default(), true);
+    });
+    let before = view(&harness);
+    // Panels on both sides, the plots, and the bar of the past; then they close again.
+    for key in [Key::Num1, Key::Num4, Key::Num8, Key::U, Key::Num1, Key::Num9, Key::Num8, Key::U] {
+        harness.key_press(key);
+        harness.run_steps(6);
+        assert_eq!(view(&harness), before, "after {key:?}");
+    }
+    assert_eq!(harness.state().interface.settings.left, Some(LeftPanel::Log));
+}
+
+#[test]
+fn an_untouched_camera_is_fitted_anew_when_a_panel_opens_or_closes() {
+    let mut harness = harness(USUAL, 1.0, |interface| {
+        interface.camera_controller = CameraController::plan();
+    });
+    for (key, part) in [
+        (Key::Num1, 470.0..=1280.0),
+        (Key::Num4, 470.0..=1000.0),
+        (Key::Num1, 0.0..=1000.0),
+        (Key::Num4, 0.0..=1280.0),
     ] {
-        let mut harness = harness_of(USUAL, 1.0, |fixture| {
-            past(fixture);
-            fixture.interface.camera_controller = camera;
-        });
-        let before = view(&harness);
-        // Panels on both sides, the plots, and the bar of the past; then they close again.
-        for key in
-            [Key::Num1, Key::Num4, Key::Num8, Key::U, Key::Num1, Key::Num9, Key::Num8, Key::U]
-        {
-            harness.key_press(key);
-            harness.run_steps(6);
-            assert_eq!(view(&harness), before, "after {key:?}");
-        }
-        assert_eq!(harness.state().interface.settings.left, Some(LeftPanel::Log));
+        harness.key_press(key);
+        harness.run_steps(6);
+        is_between(&harness, part);
     }
 }
 
@@ -133,11 +141,10 @@ fn what_is_fitted_lies_between_the_panels() {
     harness.key_press(Key::Home);
     harness.run_steps(80);
     is_between(&harness, 470.0..=1000.0);
-    // And stays there when they close.
-    let before = view(&harness);
+    // And fills the part that is free when one closes.
     harness.key_press(Key::Num4);
     harness.run_steps(6);
-    assert_eq!(view(&harness), before);
+    is_between(&harness, 470.0..=1280.0);
 }
 
 #[test]

@@ -7,3 +7,4 @@ mod checks;
 mod fixture;
 mod panels;
 mod states;
+mod texts;

@@ -22,14 +22,14 @@ use crate::fixture::{Fixture, USUAL, harness_of, windows};
 
 /// The state before the first picture, the keys that are pressed then, and the elements over the
 /// picture if there is room.
-struct State {
-    name: &'static str,
-    prepare: fn(&mut Fixture),
-    keys: &'static [Key],
+pub struct State {
+    pub name: &'static str,
+    pub prepare: fn(&mut Fixture),
+    pub keys: &'static [Key],
     placed: &'static [&'static str],
 }
 
-const STATES: [State; 10] = [
+pub const STATES: [State; 11] = [
     State {
         name: "plots",
         prepare: plots,
@@ -65,6 +65,7 @@ const STATES: [State; 10] = [
     State { name: "hot spots", prepare: hot_spots, keys: &[], placed: &["legend"] },
     State { name: "log", prepare: log, keys: &[], placed: &["legend"] },
     State { name: "work", prepare: work, keys: &[], placed: &["legend", "view cube"] },
+    State { name: "help", prepare: minimap, keys: &[Key::F1], placed: &["legend"] },
 ];
 
 /// The figures of a fleet at work, with long numbers.

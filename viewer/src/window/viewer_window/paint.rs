@@ -1,14 +1,17 @@
 //! The drawing of the fleet and the interface on the window's surface.
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use egui::Rect;
 use glam::{UVec2, Vec2};
+use image::RgbaImage;
 use regatta_gpu::painter::Drawing;
 use regatta_plugin::Result;
 use wgpu::CommandEncoder;
 
 use super::{ViewerWindow, size_of};
+use crate::picture::write_png;
 use crate::window::surface::{Canvas, NoCanvas, WindowSurface, create_surface};
 
 /// Changes of textures that are forgotten if winit panics because the display has gone. egui's own
@@ -34,7 +37,10 @@ impl ViewerWindow {
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         self.painter.upload(&self.gpu, &changes.0);
         let before = Instant::now();
-        let canvas = self.surface.acquire(&self.gpu);
+        let canvas = match std::mem::take(&mut self.takes_picture) {
+            true => self.surface.to_be_read(&self.gpu),
+            false => self.surface.acquire(&self.gpu),
+        };
         let mut waited = before.elapsed();
         match canvas {
             Ok(canvas) => {
@@ -44,9 +50,10 @@ impl ViewerWindow {
                 self.draw_fleet(&mut encoder, &canvas, picture, scale, now);
                 let drawing = Drawing { triangles, pixels_per_point: scale, size: canvas.size };
                 self.painter.draw(&self.gpu, &mut encoder, &canvas.interface, &drawing);
-                self.gpu.queue.submit([encoder.finish()]);
                 let before = Instant::now();
-                canvas.present(&self.gpu);
+                if let Some(picture) = canvas.finish(&self.gpu, encoder) {
+                    self.write_picture(&picture, now);
+                }
                 waited += before.elapsed();
                 if let Some(seconds) = self.stage.renderer.poll_gpu_seconds() {
                     self.timing.push_gpu(seconds as f32);
@@ -93,6 +100,18 @@ impl ViewerWindow {
             self.stage.draw_beside(encoder, view, level, &camera, size, alpha);
         }
         self.insets.copy(encoder, &canvas.fleet, &places);
+    }
+
+    /// Writes a picture of the window into the current folder, and shows its path.
+    fn write_picture(&mut self, picture: &RgbaImage, now: Instant) {
+        let path = PathBuf::from(self.file_name("png"));
+        let written = write_png(picture, &path);
+        self.interface.notify(written.map_or_else(
+            |error| error.to_string(),
+            |()| format!("the picture is in {}", path.display()),
+        ));
+        // The screen hasn't got a picture this time.
+        self.frame_pacing.schedule(now);
     }
 
     /// Replaces a lost surface.

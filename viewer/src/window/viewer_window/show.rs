@@ -19,13 +19,13 @@ use crate::stage::Stage;
 /// The time without a frame after which a running engine is considered silent.
 const MAX_SILENCE: Duration = Duration::from_millis(1500);
 
-/// Returns the name of the file for a plan. Characters of the level's name that aren't letters or
-/// digits may not be allowed in it.
-fn svg_path(stage: &Stage, fleet: &FleetName) -> String {
+/// Returns the name of a file for what is shown. Characters of the level's name that aren't letters
+/// or digits may not be allowed in it.
+fn file_name(stage: &Stage, fleet: &FleetName, ending: &str) -> String {
     let seconds = stage.frame().map_or(0.0, |frame| stage.feed.clock_secs(&frame));
     let level = stage.scene.level.iter().map(|level| format!("-{level}")).collect::<String>();
     let level = level.replace(|letter: char| !letter.is_alphanumeric(), "-");
-    format!("regatta-{fleet}{level}-{seconds:.2}s.svg")
+    format!("regatta-{fleet}{level}-{seconds:.2}s.{ending}")
 }
 
 impl ViewerWindow {
@@ -129,6 +129,7 @@ impl ViewerWindow {
                 Action::Command(command) => self.link.command(command),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
+                Action::WritePicture => self.takes_picture = true,
                 Action::Note { time, text } => self.write_note(time, &text),
                 Action::Measure { at } => self.measure(at, pixels_per_point),
                 Action::Rows(query) => self.link.rows(query),
@@ -174,9 +175,14 @@ impl ViewerWindow {
         }
     }
 
+    /// The name of a file for what is shown.
+    pub(super) fn file_name(&self, ending: &str) -> String {
+        file_name(&self.stage, &self.fleet, ending)
+    }
+
     /// Writes a plan of the shown time and level into the current folder, and shows its path.
     fn write_svg(&mut self) {
-        let path = svg_path(&self.stage, &self.fleet);
+        let path = self.file_name("svg");
         let written = self.stage.svg(&self.name, self.stage.scene.theme, None);
         let written = written.map_err(|error| error.to_string());
         let written = written.and_then(|text| {

@@ -1,0 +1,113 @@
+//! Recordings, layouts and scenarios that are dropped on the window: each opens in a window of its
+//! own.
+
+use std::ffi::OsString;
+use std::io::Read;
+use std::path::Path;
+
+use regatta_base::file;
+
+use super::child::ChildProcess;
+
+/// The bytes of a file that tell what it is.
+const BEGINNING: u64 = 4096;
+
+/// The programs that show dropped files.
+#[derive(Debug, Default)]
+pub struct DroppedFiles {
+    opened: Vec<(String, ChildProcess)>,
+    /// The number of fleets so far, for their names.
+    fleets: u32,
+}
+
+/// The content of a file, as far as the window knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Content {
+    Recording,
+    /// A layout, or a scenario.
+    Plant,
+    /// A mesh, an image or a map for the floor.
+    Look,
+}
+
+impl DroppedFiles {
+    /// Opens a file. Returns a message for the user; `None` for a file that only changes the look
+    /// of this window.
+    pub fn open(&mut self, path: &Path) -> Option<String> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = path.as_os_str().to_owned();
+        let args: Vec<OsString> = match content(path) {
+            Content::Look => return None,
+            Content::Recording => vec!["viewer".into(), file],
+            Content::Plant => {
+                self.fleets += 1;
+                let fleet = format!("dropped-{}-{}", std::process::id(), self.fleets);
+                vec!["run".into(), file, "--fleet".into(), fleet.into()]
+            }
+        };
+        Some(match ChildProcess::start("dropped file", args) {
+            Ok(process) => {
+                self.opened.push((name.clone(), process));
+                format!("{name} opens in a window of its own")
+            }
+            Err(error) => format!("can't open {name}: {error}"),
+        })
+    }
+
+    /// Removes the programs that have ended, and returns the messages of those that have failed.
+    pub fn remove_ended(&mut self) -> Vec<String> {
+        let mut messages = Vec::new();
+        self.opened.retain_mut(|(name, process)| {
+            let Some(outcome) = process.outcome() else { return true };
+            messages.extend(outcome.map(|message| format!("{name}: {message}")));
+            false
+        });
+        messages
+    }
+}
+
+/// Returns the content of a file, by its ending and, for YAML, its beginning.
+fn content(path: &Path) -> Content {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("mcap") => Content::Recording,
+        Some("json" | "xml" | "dxf" | "lif" | "opentcs" | "scen") => Content::Plant,
+        // A map of the ROS map server is for the floor.
+        Some("yaml" | "yml") if !beginning(path).contains("resolution:") => Content::Plant,
+        _ => Content::Look,
+    }
+}
+
+/// The beginning of a file; nothing if it can't be read.
+fn beginning(path: &Path) -> String {
+    let mut bytes = Vec::new();
+    if let Ok(file) = file::open(path, u64::MAX) {
+        // An error leaves what was read before.
+        let _ = file.take(BEGINNING).read_to_end(&mut bytes);
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_told_apart_by_ending_and_beginning() {
+        for (name, expected) in [
+            ("run.mcap", Content::Recording),
+            ("plant.lif.json", Content::Plant),
+            ("no-such-file.YAML", Content::Plant),
+            ("tug.stl", Content::Look),
+            ("floor.png", Content::Look),
+        ] {
+            assert_eq!(content(Path::new(name)), expected, "{name}");
+        }
+        let map = std::env::temp_dir().join(format!("regatta-map-{}.yaml", std::process::id()));
+        std::fs::write(&map, "image: map.pgm\nresolution: 0.05").expect("written");
+        assert_eq!(content(&map), Content::Look, "a map of the ROS map server");
+        std::fs::write(&map, "graph: plant.yaml").expect("written");
+        assert_eq!(content(&map), Content::Plant);
+        std::fs::remove_file(&map).expect("removed");
+    }
+}
