@@ -54,13 +54,10 @@ fn engine(scenario: &Path, fleet: &FleetName, seconds: f64) -> Result {
         LockstepOptions { names: vec![CHECKER.to_owned()], timeout: Duration::from_secs(60) };
     let options = Options {
         fleet: fleet.clone(),
-        robots: None,
         speed: Speed::Max,
-        threads: 1,
-        isa: None,
         ticks: Some(ticks),
-        digest: false,
         lockstep,
+        ..Options::default()
     };
     let termination = Termination::watch()?;
     Engine::new(scenario, options)

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_layout::model::components::Components;
 use regatta_layout::{NodeIndex, Role, RouteGraph};
 
 use super::explain::did_you_mean;
@@ -59,6 +60,7 @@ pub(super) fn resolve(
         places::dead_end(&groups, &graph),
         places::cut_off(&groups, &graph),
         larger_unused_type(&groups, &robot_types),
+        no_charger(&groups, &robot_types, &graph),
     ];
     let warnings = warnings
         .into_iter()
@@ -112,6 +114,27 @@ fn uneven_rate(rate: f64, publish_rate: f64, ticks_per_frame: u32) -> Option<Str
         format!(
             "publish_rate {publish_rate} doesn't divide the rate of {rate}: {exact_rate:.3} frames \
              per second are published"
+        )
+    })
+}
+
+/// Returns a warning if robots have batteries, and the layout has no charger for them.
+fn no_charger(
+    groups: &[RobotGroup],
+    robot_types: &[RobotType],
+    graph: &RouteGraph,
+) -> Option<String> {
+    let mut used = groups.iter().map(|group| &robot_types[usize::from(group.robot_type)]);
+    let kind = used.find(|kind| kind.battery.is_some())?;
+    let components = Components::strong(graph);
+    let main = components.main(graph);
+    let mut nodes = graph.purposes().into_iter().zip(&components.of_node);
+    let has_charger = nodes.any(|(role, part)| role == Role::Charge && *part == main);
+    (!has_charger).then(|| {
+        format!(
+            "warning: robots of the type `{}` have batteries, and no charger is in the main part \
+             of the layout: they stop when they are flat; give nodes the role `charge`",
+            kind.name
         )
     })
 }

@@ -99,8 +99,9 @@ impl Plans {
     }
 }
 
-/// The share of legs that are driven in both directions from which on a plant counts as one of
-/// single tracks.
+/// The share of legs that are driven in both directions from which on robots may meet head-on, and
+/// that from which on a plant counts as one of single tracks.
+const SOME_TWO_WAY: f32 = 0.02;
 const LEAST_TWO_WAY: f32 = 0.25;
 /// The largest number of robots with committed ways: each looks at the ways of all others.
 const MOST_COMMITTED: usize = 64;
@@ -188,16 +189,15 @@ impl PlannerKind {
     }
 
     /// Makes the planner that suits some roads and a number of robots: the best in a rehearsal.
-    /// It is `lanes` if all roads are driven one way, and robots don't crowd short blocks.
+    /// It is `lanes` if roads are driven one way, and robots don't crowd short blocks.
     fn suited(
         roads: &Roads,
         robots: usize,
         rehearsal: Option<&Rehearsal<'_>>,
     ) -> (Box<dyn Planner>, Settings) {
-        let is_one_way = two_way_share(roads) < LEAST_TWO_WAY;
-        let mut kinds = match is_one_way {
-            true => Self::candidates_one_way(roads, robots),
-            false => Self::candidates_two_way(robots),
+        let mut kinds = match two_way_share(roads) {
+            share if share < SOME_TWO_WAY => Self::candidates_one_way(roads, robots),
+            share => Self::candidates_two_way(robots, share),
         };
         if let Some(rehearsal) = rehearsal.filter(|_| kinds.len() > 1) {
             rehearsal.sort(&mut kinds);
@@ -218,12 +218,13 @@ impl PlannerKind {
         }
     }
 
-    /// The planners that may suit roads that are driven both ways, the likely one first.
-    fn candidates_two_way(robots: usize) -> Vec<Self> {
-        match robots <= MOST_COMMITTED {
-            true => vec![Self::Committed, Self::Lanes, Self::Pibt],
-            false => vec![Self::Lanes, Self::Pibt],
+    /// The planners that may suit roads of which a share is driven both ways, the likely one first.
+    fn candidates_two_way(robots: usize, share: f32) -> Vec<Self> {
+        let mut kinds = vec![Self::Lanes, Self::Pibt];
+        if robots <= MOST_COMMITTED {
+            kinds.insert(if share < LEAST_TWO_WAY { 2 } else { 0 }, Self::Committed);
         }
+        kinds
     }
 
     /// The settings of steering for it.

@@ -6,7 +6,7 @@ use super::least::{figures, fleets};
 use super::method::method;
 use super::stall_map::stall_map;
 use super::time::time;
-use super::verdict::{caveats, numbers, orders_in_words, safety, verdict};
+use super::verdict::{caveats, has_findings, numbers, orders_in_words, safety, verdict};
 use super::{Block, Picture};
 use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
@@ -21,7 +21,10 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     blocks.extend(fleets(answer));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
     blocks.extend(stall_picture(answer, base));
-    blocks.push(Block::Text(safety(answer)));
+    blocks.push(match has_findings(answer) {
+        true => Block::Caveat(safety(answer)),
+        false => Block::Text(safety(answer)),
+    });
     blocks.push(picture("throughput", &throughput_caption(answer), throughput_chart(answer)));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
     blocks.push(picture("service", "Service time over robots", service_chart(answer)));

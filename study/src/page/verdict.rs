@@ -68,8 +68,8 @@ fn too_few_orders(point: &PointAnswer) -> Option<String> {
     let is_few = orders < LEAST_ORDERS * f64::from(point.robots);
     (is_busy && is_few).then(|| {
         format!(
-            "{} finished {orders:.1} orders in a run: orders take nearly as long as a run, or \
-             longer. Give a longer --duration.",
+            "{} finished {orders:.1} orders in a run, too few for a figure. Give a longer \
+             --duration.",
             robots_in_words(point.robots)
         )
     })
@@ -283,6 +283,11 @@ fn stalls(variant: &VariantAnswer) -> Option<String> {
         0 => Some(text),
         more => Some(format!("{text} And in {more} more runs: `study.json` has all.")),
     }
+}
+
+/// Whether the validator found contacts, or anything else beside stalls and unserved orders.
+pub(super) fn has_findings(answer: &Answer) -> bool {
+    answer.variants.iter().any(|variant| variant.contacts > 0 || !variant.other_findings.is_empty())
 }
 
 /// The contacts and other findings of the validator.

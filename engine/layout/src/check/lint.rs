@@ -267,8 +267,8 @@ impl NodeLinter<'_, '_, '_> {
         let confusing: Vec<NodeIndex> = confusing.map(|(index, _)| index).collect();
         self.warn_once(
             &confusing,
-            "its name is the id of another node: orders and commands mean the node with the name, \
-             and numbers in a scenario the one with the id; rename it, or write names in quotes",
+            "its name is the id of another node: orders, loads and commands mean the node with \
+             the name, and `node: ID` of a scenario's robots the one with the id; rename it",
         );
     }
 
