@@ -36,12 +36,12 @@ const NARROW: &[Column] = &[
 
 /// The columns of a wide list.
 const WIDE: &[Column] = &[
-    ("id", Some(SortBy::Id), 0.124),
-    ("activity", Some(SortBy::Activity), 0.236),
-    ("speed", Some(SortBy::Speed), 0.325),
-    ("edge", Some(SortBy::Edge), 0.445),
-    ("x", Some(SortBy::X), 0.58),
-    ("y", Some(SortBy::Y), 0.715),
+    ("id", Some(SortBy::Id), 0.115),
+    ("activity", Some(SortBy::Activity), 0.26),
+    ("speed", Some(SortBy::Speed), 0.345),
+    ("edge", Some(SortBy::Edge), 0.455),
+    ("x", Some(SortBy::X), 0.588),
+    ("y", Some(SortBy::Y), 0.718),
     ("θ", Some(SortBy::Theta), 0.85),
     ("contact", None, 0.985),
 ];

@@ -321,7 +321,7 @@ fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
 #[cfg(test)]
 mod tests {
     use regatta_plugin::traffic::TrafficHeader;
-    use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 
     use super::*;
 
@@ -355,6 +355,9 @@ mod tests {
     #[test]
     fn the_hottest_edges_come_last_and_edges_without_a_value_not_at_all() {
         let mut world = WorldData::default();
+        for x in [0.0, 100.0] {
+            world.nodes.push(NodeRecord { x, ..NodeRecord::default() });
+        }
         let line = CurveRecord::straight([0.0, 0.0], [4.0, 0.0]);
         let bent = CurveRecord { control_points: [[0.0, 0.0], [1.0, 1.0], [3.0, 1.0], [4.0, 0.0]] };
         for curves in [vec![line], vec![line, bent], vec![line]] {
@@ -381,7 +384,7 @@ mod tests {
         );
         assert_eq!((waiting.facts.secs, waiting.facts.edges), (300.0, 2));
         let edges: Vec<_> = waiting.hottest.iter().map(|hot| (hot.edge, hot.value)).collect();
-        assert_eq!(edges, [(0, 10.0)], "the second edge has its middle at the same place");
+        assert_eq!(edges, [(0, 10.0)], "the second edge has its middle near the first one's");
         let speed = map("speed:minute");
         assert_eq!(
             speed.straight,
