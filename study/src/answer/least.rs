@@ -18,6 +18,8 @@ pub struct LeastAnswer {
     pub most: u32,
     /// Larger numbers that were tried, and miss a target.
     pub worse: Vec<u32>,
+    /// Larger numbers that were tried, and of which it isn't known whether they meet all targets.
+    pub uncertain: Vec<u32>,
     /// The reason why fewer robots, or any, don't meet the targets.
     pub binding: Option<Binding>,
 }
@@ -62,15 +64,15 @@ impl LeastAnswer {
     pub fn new(targets: &[Target], curve: &Curve, place: Option<String>) -> Option<Self> {
         let least = curve.least.as_ref()?;
         let after = least.found.map_or(curve.points.len(), |found| found + 1);
-        let worse = curve.points[after..].iter().filter(|point| misses(targets, point));
-        let worse = worse.map(|point| point.robots);
+        let larger = &curve.points[after..];
         let failed = curve.failed.iter().map(|(robots, _)| *robots);
         let tried = curve.points.iter().map(|point| point.robots).chain(failed);
         Some(Self {
             robots: curve.robots(least.found),
             closest: curve.robots(least.closest),
             most: tried.max().unwrap_or_default(),
-            worse: worse.collect(),
+            worse: of_standing(targets, larger, Standing::Missed),
+            uncertain: of_standing(targets, larger, Standing::Open),
             binding: curve
                 .binding()
                 .map(|index| Binding { place, ..Binding::new(targets, &curve.points[index]) }),
@@ -83,9 +85,16 @@ impl LeastAnswer {
     }
 }
 
-/// Whether a point doesn't meet a target for sure.
-fn misses(targets: &[Target], point: &Point) -> bool {
-    targets.iter().any(|target| standing(target, point) != Standing::Met)
+/// Returns the numbers of robots of points whose worst standing against a target is this one.
+fn of_standing(targets: &[Target], points: &[Point], wanted: Standing) -> Vec<u32> {
+    let mut robots = Vec::new();
+    for point in points {
+        let worst = targets.iter().map(|target| standing(target, point)).max();
+        if worst == Some(wanted) {
+            robots.push(point.robots);
+        }
+    }
+    robots
 }
 
 impl Binding {

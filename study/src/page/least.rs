@@ -24,13 +24,22 @@ pub(super) fn of_least(variant: &VariantAnswer, least: &LeastAnswer) -> String {
         text += &format!(" With {}, {}.", binding.robots, missed(binding));
     }
     if !least.worse.is_empty() {
-        let worse: Vec<String> = least.worse.iter().map(u32::to_string).collect();
         text += &format!(
             " More robots aren't better everywhere: {} were tried, too, and don't meet them.",
-            worse.join(", ")
+            listed(&least.worse)
+        );
+    }
+    if !least.uncertain.is_empty() {
+        text += &format!(
+            " Of {}, it isn't known whether they meet them: give more --seeds.",
+            listed(&least.uncertain)
         );
     }
     text
+}
+
+fn listed(numbers: &[u32]) -> String {
+    numbers.iter().map(u32::to_string).collect::<Vec<String>>().join(", ")
 }
 
 fn of_none(variant: &VariantAnswer, least: &LeastAnswer) -> String {

@@ -8,7 +8,7 @@ use super::chart::{COLOURS, label};
 const SIZE: (u32, u32) = (900, 420);
 const FONT: (&str, i32) = ("sans-serif", 16);
 /// The colours of parts beyond those of lines.
-const MORE_COLOURS: [RGBColor; 1] = [RGBColor(190, 198, 206)];
+const MORE_COLOURS: [RGBColor; 2] = [RGBColor(190, 198, 206), RGBColor(240, 228, 66)];
 /// The height of a line of the legend, and the x and the width of a name there.
 const LEGEND_LINE: i32 = 22;
 const FIRST_NAME: i32 = 82;
@@ -19,8 +19,18 @@ const NAMES_IN_LINE: i32 = 4;
 pub(super) struct Bar {
     /// The number of robots.
     pub robots: u32,
-    /// The parts with their values, from below.
-    pub parts: Vec<(&'static str, f64)>,
+    /// The parts, from below.
+    pub parts: Vec<Part>,
+}
+
+/// A part of a bar.
+pub(super) struct Part {
+    /// The name.
+    pub name: &'static str,
+    /// The number of its colour, which is the same in all pictures of a page.
+    pub colour: usize,
+    /// The value.
+    pub value: f64,
 }
 
 /// Returns the bars as SVG, with the unit of their values.
@@ -34,17 +44,16 @@ pub(super) fn stack(bars: &[Bar], unit: &str) -> String {
 fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
-    let names: Vec<&str> =
-        bars.first().map_or_else(Vec::new, |bar| bar.parts.iter().map(|part| part.0).collect());
-    let lines = (names.len() as i32 + NAMES_IN_LINE - 1) / NAMES_IN_LINE;
+    let legend = bars.first().map_or(&[][..], |bar| &bar.parts);
+    let lines = (legend.len() as i32 + NAMES_IN_LINE - 1) / NAMES_IN_LINE;
     let (above, root) = root.split_vertically(lines * LEGEND_LINE + 8);
-    for ((name, colour), index) in names.iter().zip(colours()).zip(0..) {
+    for (part, index) in legend.iter().zip(0..) {
         let x = FIRST_NAME + index % NAMES_IN_LINE * NAME_WIDTH;
         let y = 4 + index / NAMES_IN_LINE * LEGEND_LINE;
-        above.draw(&Rectangle::new([(x, y + 6), (x + 14, y + 20)], colour.filled()))?;
-        above.draw(&Text::new(*name, (x + 20, y + 4), FONT))?;
+        above.draw(&Rectangle::new([(x, y + 6), (x + 14, y + 20)], colour(part).filled()))?;
+        above.draw(&Text::new(part.name, (x + 20, y + 4), FONT))?;
     }
-    let totals = bars.iter().map(|bar| bar.parts.iter().map(|part| part.1).sum::<f64>());
+    let totals = bars.iter().map(|bar| bar.parts.iter().map(|part| part.value).sum::<f64>());
     let highest = totals.fold(0.0, f64::max).max(1e-9);
     let mut area = ChartBuilder::on(&root)
         .margin(12)
@@ -64,10 +73,10 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::e
         .draw()?;
     for (bar, at) in bars.iter().zip(0..) {
         let (mut below, x) = (0.0, f64::from(at));
-        for ((_, value), colour) in bar.parts.iter().zip(colours()) {
-            let corners = [(x + 0.15, below), (x + 0.85, below + value)];
-            area.draw_series([Rectangle::new(corners, colour.filled())])?;
-            below += value;
+        for part in &bar.parts {
+            let corners = [(x + 0.15, below), (x + 0.85, below + part.value)];
+            area.draw_series([Rectangle::new(corners, colour(part).filled())])?;
+            below += part.value;
         }
         let (left, bottom) = area.backend_coord(&(x + 0.5, 0.0));
         let style = FONT.into_text_style(&root).pos(plotters::style::text_anchor::Pos::new(
@@ -82,8 +91,9 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::e
     Ok(())
 }
 
-fn colours() -> impl Iterator<Item = &'static RGBColor> {
-    COLOURS.iter().chain(&MORE_COLOURS)
+fn colour(part: &Part) -> RGBColor {
+    let mut colours = COLOURS.iter().chain(&MORE_COLOURS).copied().cycle();
+    colours.nth(part.colour).unwrap_or(BLACK)
 }
 
 #[cfg(test)]
@@ -92,7 +102,9 @@ mod tests {
 
     #[test]
     fn each_part_of_each_bar_is_drawn_and_named() {
-        let bar = |robots| Bar { robots, parts: vec![("way empty", 30.0), ("handling", 10.0)] };
+        let part = |name, colour, value| Part { name, colour, value };
+        let parts = || vec![part("way empty", 0, 30.0), part("handling", 1, 10.0)];
+        let bar = |robots| Bar { robots, parts: parts() };
         let svg = stack(&[bar(17), bar(42)], "seconds");
         let filled = |colour: &str| svg.matches(&format!("fill=\"{colour}\"")).count();
         // Two bars and the legend.

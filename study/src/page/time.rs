@@ -1,9 +1,9 @@
 //! Where the time goes: stacked plots over the number of robots, and tables at the answer.
 
-use super::stack::{Bar, stack};
+use super::stack::{Bar, Part, stack};
 use super::{Block, Picture};
 use crate::answer::{Answer, GroupTime, PartAnswer, PointAnswer};
-use crate::outcome::ORDER_PARTS;
+use crate::outcome::{ORDER_PARTS, ROBOT_PARTS};
 
 /// The most rows of a table; `study.json` has all.
 const MOST_ROWS: usize = 12;
@@ -52,10 +52,20 @@ fn bars(
 ) -> Vec<Bar> {
     let mut bars = Vec::new();
     for point in points.iter().filter(|point| !parts(point).is_empty()) {
-        let parts = parts(point).iter().map(|part| (part.name, part.value.mean * factor));
+        let parts = parts(point).iter().map(|part| Part {
+            name: part.name,
+            colour: colour(part.name),
+            value: part.value.mean * factor,
+        });
         bars.push(Bar { robots: point.robots, parts: parts.collect() });
     }
     bars
+}
+
+/// Returns the number of a part's colour: the same for orders and robots. Of the parts of orders,
+/// robots don't have the waiting for a robot.
+fn colour(name: &str) -> usize {
+    ROBOT_PARTS.iter().position(|part| *part == name).unwrap_or(ROBOT_PARTS.len())
 }
 
 fn table(heading: &str, groups: &[GroupTime]) -> Block {

@@ -84,17 +84,20 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     let count = robots_in_words(*robots);
     let carries = if *robots == 1 { "carries" } else { "carry" };
     if !is_known(orders_per_hour) {
-        let seeds = orders_per_hour.values;
+        let seeds = match orders_per_hour.values {
+            1 => "one seed".to_owned(),
+            seeds => format!("{seeds} seeds"),
+        };
         let some = with_interval(orders_per_hour);
         let without_room = variant.no_room.iter().find(|(without, _)| without == robots);
         return match without_room {
             Some((_, reason)) => format!(
-                "not known: {count} {carries} {some} orders an hour with {seeds} seeds; with \
+                "not known: {count} {carries} {some} orders an hour with {seeds}; with \
                  others, there is no room for {count}: {reason}."
             ),
             None => format!(
                 "not known: {count} {carries} {some} orders an hour, which is no more precise \
-                 with {seeds} seeds. Give a longer --duration or more --seeds."
+                 with {seeds}. Give a longer --duration or more --seeds."
             ),
         };
     }
