@@ -258,6 +258,7 @@ pub(crate) struct ChunkContent {
 impl ChunkContent {
     /// Decompresses a chunk record and checks its checksum.
     pub fn read(mut record: &[u8]) -> McapResult<Self> {
+        check_records(record)?;
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
@@ -303,6 +304,23 @@ impl ChunkContent {
         }
         Ok(())
     }
+}
+
+/// Checks that the records in an uncompressed chunk end within it: the library subtracts their
+/// lengths from that of the chunk.
+fn check_records(record: &[u8]) -> McapResult<()> {
+    let content = record.get(RECORD_HEADER as usize..).ok_or(McapError::UnexpectedEof)?;
+    let Record::Chunk { header, data } = parse_record(op::CHUNK, content)? else {
+        return Err(McapError::BadIndex);
+    };
+    let mut rest: &[u8] = if header.compression.is_empty() { &data } else { &[] };
+    while !rest.is_empty() {
+        let (start, more) = rest.split_first_chunk::<9>().ok_or(McapError::UnexpectedEof)?;
+        let [_opcode, length @ ..] = *start;
+        let length = usize::try_from(u64::from_le_bytes(length)).ok();
+        rest = length.and_then(|length| more.get(length..)).ok_or(McapError::UnexpectedEof)?;
+    }
+    Ok(())
 }
 
 /// Checks that a reader with an index can decompress a chunk record to its end. Readers without an
