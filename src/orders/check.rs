@@ -1,4 +1,5 @@
-//! `regatta orders check`: the rows of a file of orders that can't be used, its rates and its flows.
+//! `regatta orders check`: the rows of a file of orders that can't be used, its rates and its
+//! flows.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
-//! `regatta study --target`: the least number of robots for a day's orders, against numbers that are
-//! known otherwise.
+//! `regatta study --target`: the least number of robots for a day's orders, against numbers that
+//! are known otherwise.
 
 use std::fs;
 use std::path::{Path, PathBuf};

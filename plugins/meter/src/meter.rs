@@ -143,7 +143,8 @@ impl Meter {
         Now { tick, secs: tick as f64 * self.tick_secs }
     }
 
-    /// Takes the records of a tick, and the number of samples that are missing before them. `sequence` is the number of the sample in the run, from 1.
+    /// Takes the records of a tick, and the number of samples that are missing before them.
+    /// `sequence` is the number of the sample in the run, from 1.
     pub fn take_orders(&mut self, records: &[OrderRecord], sequence: u64, missed: u64, tick: u64) {
         let now = self.now(tick);
         // Samples published before the meter joined the log don't count as missing, but are

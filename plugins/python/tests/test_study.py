@@ -42,11 +42,13 @@ def test_targets_have_a_least_fleet(tmp_path: Path) -> None:
         [1, 2],
         seeds=(2, 2),
         orders=day,
-        targets=["longest service < 5000s", "1 orders/h"],
+        targets=["longest service < 500s", "1 orders/h"],
         arguments=["--resample", "none"],
     )
     table = result.to_pandas()
-    assert list(table["longest service < 5000 s"]) == ["met", "met"] and result.least == {"": 1}
+    # Two seeds may be too few to tell it of two robots.
+    one, two = table["longest service < 500 s"]
+    assert one == "met" and two in ("met", "open") and result.least == {"": 1}
     assert (table.late.isna()).all(), "no order has a deadline"
 
 

@@ -166,7 +166,8 @@ impl Outcome {
         findings
     }
 
-    /// The time after the warm-up, in whole periods: one that isn't over would look like a slow one.
+    /// The time after the warm-up, in whole periods: one that isn't over would look like a slow
+    /// one.
     fn span_after_warm_up(&self) -> Span {
         let Figures { secs, period_secs, finished, .. } = &self.figures;
         let periods = (secs / period_secs).floor() as usize;

@@ -1,4 +1,5 @@
-//! Where the time goes: stacked plots over the number of robots, and tables at the answer.
+//! The time of orders and robots, by what it is spent on: stacked plots over the number of robots,
+//! and tables at the answer.
 
 use super::stack::{Bar, Part, stack};
 use super::{Block, Picture};

@@ -45,8 +45,7 @@ impl Roads {
     /// The same without reverse gear.
     pub fn forward_millis_to(&self, goal: u32) -> &[u32] {
         let times = self.driving_times();
-        let tree = || times.tree(goal, |leg| !leg.is_reverse);
-        times.forward_trees[goal as usize].get_or_init(tree)
+        times.forward_trees[goal as usize].get_or_init(|| times.tree(goal, |leg| !leg.is_reverse))
     }
 
     /// Returns a node of the part of the roads around a node in which all nodes can be reached from

@@ -194,8 +194,8 @@ fn days_in(year: i64, month: i64) -> i64 {
     }
 }
 
-/// Returns the days from 1970-01-01 to a date of the Gregorian calendar (Hinnant, "chrono-compatible
-/// low-level date algorithms", 2013: `days_from_civil`).
+/// Returns the days from 1970-01-01 to a date of the Gregorian calendar (Hinnant,
+/// "chrono-compatible low-level date algorithms", 2013: `days_from_civil`).
 fn days_from_1970(year: i64, month: i64, day: i64) -> i64 {
     let year = if month <= 2 { year - 1 } else { year };
     let era = year.div_euclid(400);
