@@ -36,9 +36,9 @@ const NARROW: &[Column] = &[
 
 /// The columns of a wide list.
 const WIDE: &[Column] = &[
-    ("id", Some(SortBy::Id), 0.115),
-    ("activity", Some(SortBy::Activity), 0.26),
-    ("speed", Some(SortBy::Speed), 0.345),
+    ("id", Some(SortBy::Id), 0.112),
+    ("activity", Some(SortBy::Activity), 0.25),
+    ("speed", Some(SortBy::Speed), 0.335),
     ("edge", Some(SortBy::Edge), 0.455),
     ("x", Some(SortBy::X), 0.588),
     ("y", Some(SortBy::Y), 0.718),

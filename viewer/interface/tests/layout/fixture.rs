@@ -57,6 +57,8 @@ pub struct Fixture {
     /// The file that is replayed, or the past of a live run; neither is known as long as it is
     /// `None`.
     pub timeline: Option<Timeline<'static>>,
+    /// Each robot's activity, if a fleet manager publishes it.
+    pub activities: Option<Vec<f32>>,
     /// The bars and panels of the last picture, with their names.
     pub panels: Vec<(&'static str, Rect)>,
 }
@@ -113,6 +115,7 @@ impl Fixture {
             contacts: None,
             pairs: Vec::new(),
             timeline: None,
+            activities: None,
             panels: Vec::new(),
         }
     }
@@ -145,7 +148,7 @@ impl Fixture {
             world: self.world.view(1, 1),
             labels: &self.labels,
             robot_type_column: None,
-            activity_column: None,
+            activity_column: self.activities.as_deref(),
             contacts: self.contacts.as_ref().map(|header| Contacts {
                 header,
                 pairs: &self.pairs,

@@ -7,8 +7,9 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use regatta_interface::settings::{LeftPanel, RightPanel};
 use regatta_interface::style::{color32, colours};
 use regatta_interface::view_model::Item;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
-use regatta_plugin::frame::ColumnsMut;
+use regatta_plugin::frame::{ColumnsMut, RobotState};
 use regatta_scene::palette::{Colouring, Scale, Theme};
 
 use crate::checks::{check, check_panels, check_placed, check_texts, texts};
@@ -154,6 +155,29 @@ fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
         }
         for text in ["12.3", "touching"] {
             assert!(!has_room || shown.contains(&text), "{size:?} at {scale}: {text} in {shown:?}");
+        }
+    }
+}
+
+#[test]
+fn the_list_of_robots_has_room_for_each_activity() {
+    for (size, scale) in windows() {
+        let harness = harness_of(size, scale, |fixture| {
+            let columns = ColumnsMut::split(&mut fixture.lines, 20);
+            columns.state[..Activity::COUNT].fill(RobotState::Driving as u8);
+            fixture.activities = Some((0..20).map(|number| number as f32).collect());
+            fixture.interface.settings.left = Some(LeftPanel::Fleet);
+        });
+        let cut: Vec<_> = texts(&harness)
+            .iter()
+            .filter(|(text, ..)| text.galley.elided)
+            .map(|(text, ..)| text.galley.text().to_owned())
+            .collect();
+        for activity in Activity::ALL {
+            assert!(
+                !cut.iter().any(|text| text == activity.name()),
+                "{size:?} at {scale}: {cut:?}"
+            );
         }
     }
 }
