@@ -6,7 +6,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Now, Orders, RobotWork, Unfinished};
+use crate::orders::{Finished, Now, Orders, Robot, RobotWork, Unfinished};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -65,15 +65,9 @@ impl Effort {
     }
 
     /// Returns the part that the time of a robot belongs to.
-    fn part(
-        &mut self,
-        state: u8,
-        speed: f32,
-        work: RobotWork,
-        activity: Option<Activity>,
-    ) -> &mut f64 {
+    fn part(&mut self, waits: bool, work: RobotWork, activity: Option<Activity>) -> &mut f64 {
         match (work.orders > 0, activity) {
-            _ if waits(state, speed, work) => &mut self.waiting_secs,
+            _ if waits => &mut self.waiting_secs,
             (
                 _,
                 Some(Activity::Held | Activity::Broken | Activity::Faulted | Activity::Stalled),
@@ -122,10 +116,13 @@ pub struct Figures {
 pub struct Meter {
     run_id: u64,
     tick_secs: f64,
-    secs: f64,
+    /// The last frame.
+    now: Now,
     robots: u64,
     effort: Vec<Effort>,
     orders: Orders,
+    /// The robots that begin or end to wait for room in a frame, and whether they wait.
+    turns: Vec<(u32, bool)>,
     samples_missed: u64,
     /// Whether a sample of the order log has come.
     has_begun: bool,
@@ -160,30 +157,33 @@ impl Meter {
     /// those of robots by id, as far as their manager publishes them.
     pub fn take_frame(&mut self, columns: &Columns<'_>, activities: &[f32], tick: u64) {
         let now = self.now(tick);
-        let secs = (now.secs - std::mem::replace(&mut self.secs, now.secs)).max(0.0);
-        let (effort, robots) = self.effort(columns, activities, secs);
-        self.robots = robots;
-        self.orders.advance(tick, |robot, work| {
-            let robot = robot as usize;
-            let at = columns.state.get(robot).zip(columns.speed.get(robot));
-            at.is_some_and(|(state, speed)| waits(*state, *speed, work))
-        });
+        let before = std::mem::replace(&mut self.now, now);
+        let secs = (now.secs - before.secs).max(0.0);
+        let effort = self.effort(columns, activities, secs);
+        for (robot, is_waiting) in self.turns.drain(..) {
+            self.orders.set_waiting(robot, is_waiting, before.tick);
+        }
         self.add(&effort, now.secs);
     }
 
-    /// Returns the effort of a frame that stands for some seconds, and the number of its robots.
-    fn effort(&self, columns: &Columns<'_>, activities: &[f32], secs: f64) -> (Effort, u64) {
+    /// Returns the effort of a frame that stands for some seconds. Counts the robots, and notes
+    /// those that begin or end to wait for room.
+    fn effort(&mut self, columns: &Columns<'_>, activities: &[f32], secs: f64) -> Effort {
         let mut effort = Effort::default();
-        let mut robots = 0;
-        let mut work_of = self.orders.work_in_turn();
+        self.robots = 0;
+        let mut robot_of = self.orders.robots_in_turn();
         for (robot, (&state, &speed)) in (0..).zip(columns.state.iter().zip(columns.speed)) {
+            let Robot { work, is_waiting } = robot_of(robot);
+            let waits = waits(state, speed, work);
+            if waits != is_waiting {
+                self.turns.push((robot, waits));
+            }
             if state == RobotState::Absent as u8 {
                 continue;
             }
-            robots += 1;
-            let work = work_of(robot);
+            self.robots += 1;
             let activity = activities.get(robot as usize).and_then(|it| ACTIVITY.element(*it));
-            *effort.part(state, speed, work, activity) += secs;
+            *effort.part(waits, work, activity) += secs;
             effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
             if work.loads > 0 {
@@ -192,8 +192,8 @@ impl Meter {
                 effort.empty_metres += metres;
             }
         }
-        effort.robot_secs = robots as f64 * secs;
-        (effort, robots)
+        effort.robot_secs = self.robots as f64 * secs;
+        effort
     }
 
     /// Adds an effort to the period in which it ends.
@@ -208,14 +208,14 @@ impl Meter {
     pub fn figures(&self) -> Figures {
         let Orders { finished, failed, cancelled, .. } = &self.orders;
         Figures {
-            secs: self.secs,
+            secs: self.now.secs,
             robots: self.robots,
             period_secs: PERIOD_SECS,
             tick_secs: self.tick_secs,
             effort: self.effort.clone(),
             finished: finished.clone(),
             open: self.orders.open() as u64,
-            unfinished: self.orders.unfinished(self.secs),
+            unfinished: self.orders.unfinished(self.now.secs),
             failed: *failed,
             cancelled: *cancelled,
             samples_missed: self.samples_missed,

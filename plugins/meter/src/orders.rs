@@ -1,6 +1,7 @@
 //! The orders of a run, from the order log.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 
 use regatta_plugin::order::{OrderKind, OrderRecord, StopAction};
 use serde::{Deserialize, Serialize};
@@ -101,13 +102,14 @@ impl Open {
         }
     }
 
-    /// The phase of an order whose robot isn't kept waiting.
-    fn phase(&self) -> Phase {
-        match (self.robot, self.is_at_stop, self.loads > 0) {
-            (None, ..) => Phase::Assignment,
-            (_, true, _) => Phase::Handling,
-            (_, _, true) => Phase::Loaded,
-            (_, _, false) => Phase::Empty,
+    /// The phase of an order; `is_waiting` tells whether its robot waits for room.
+    fn phase(&self, is_waiting: bool) -> Phase {
+        match (self.robot, self.is_at_stop) {
+            (None, _) => Phase::Assignment,
+            (_, true) => Phase::Handling,
+            _ if is_waiting => Phase::Traffic,
+            _ if self.loads > 0 => Phase::Loaded,
+            _ => Phase::Empty,
         }
     }
 }
@@ -123,13 +125,22 @@ pub struct RobotWork {
     pub at_stops: i32,
 }
 
+/// A robot that has had an order.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Robot {
+    /// Its present work.
+    pub work: RobotWork,
+    /// Whether it waited for room in the last frame.
+    pub is_waiting: bool,
+}
+
 /// All orders so far.
 #[derive(Clone, Debug, Default)]
 pub struct Orders {
     open: BTreeMap<u64, Open>,
-    robots: BTreeMap<u32, RobotWork>,
-    /// The open orders that have a robot.
-    assigned: BTreeSet<u64>,
+    robots: BTreeMap<u32, Robot>,
+    /// The open orders that have a robot, by robot.
+    assigned: BTreeSet<(u32, u64)>,
     /// In the order in which they were finished.
     pub finished: Vec<Finished>,
     /// Orders that were given up.
@@ -148,7 +159,8 @@ impl Orders {
         }
         self.take_change(kind, record, now);
         if let Some(open) = self.open.get_mut(&record.order) {
-            let phase = open.phase();
+            let robot = open.robot.and_then(|robot| self.robots.get(&robot));
+            let phase = open.phase(robot.is_some_and(|robot| robot.is_waiting));
             open.clock.begin(phase, now.tick);
         }
     }
@@ -158,21 +170,22 @@ impl Orders {
         match kind {
             OrderKind::Assigned => {
                 let (before, loads) = (open.robot.replace(record.robot), open.loads);
-                self.assigned.insert(record.order);
                 if let Some(before) = before {
+                    self.assigned.remove(&(before, record.order));
                     self.add(before, -1, -loads);
                 }
+                self.assigned.insert((record.robot, record.order));
                 self.add(record.robot, 1, loads);
             }
             OrderKind::Withdrawn => self.release(record.order),
             OrderKind::Arrived => {
                 if !std::mem::replace(&mut open.is_at_stop, true) {
-                    self.robots.entry(record.robot).or_default().at_stops += 1;
+                    self.robots.entry(record.robot).or_default().work.at_stops += 1;
                 }
             }
             OrderKind::Handled => {
                 if std::mem::take(&mut open.is_at_stop) {
-                    self.robots.entry(record.robot).or_default().at_stops -= 1;
+                    self.robots.entry(record.robot).or_default().work.at_stops -= 1;
                 }
                 let change = match record.action() {
                     StopAction::Pick => 1,
@@ -217,31 +230,31 @@ impl Orders {
         .collect()
     }
 
-    /// Counts the time up to a frame. `is_waiting` tells whether a robot with some work waits for
-    /// room.
-    pub fn advance(&mut self, tick: u64, is_waiting: impl Fn(u32, RobotWork) -> bool) {
-        for order in &self.assigned {
-            let Some(open) = self.open.get_mut(order) else { continue };
-            let Some(robot) = open.robot else { continue };
-            let work = self.robots.get(&robot).copied().unwrap_or_default();
-            let phase = match open.phase() {
-                Phase::Handling => Phase::Handling,
-                _ if is_waiting(robot, work) => Phase::Traffic,
-                phase => phase,
-            };
-            open.clock.advance(phase, tick);
+    /// Sets whether a robot waits for room in a frame, which stands for the time since the tick of
+    /// the frame before. The time of its orders is counted only where that changes.
+    pub fn set_waiting(&mut self, robot: u32, is_waiting: bool, since_tick: u64) {
+        self.robots.entry(robot).or_default().is_waiting = is_waiting;
+        for (_, order) in self.assigned.range(orders_of(robot)) {
+            if let Some(open) = self.open.get_mut(order) {
+                let phase = open.phase(is_waiting);
+                open.clock.turn(phase, since_tick);
+            }
         }
     }
 
-    /// Returns a function of robots in ascending order that returns the present work of each. To
-    /// search for each robot would take longer.
-    pub fn work_in_turn(&self) -> impl FnMut(u32) -> RobotWork {
-        let mut works = self.robots.iter().peekable();
+    /// Returns a function of robots in ascending order that returns each. To search for each robot
+    /// would take longer.
+    pub fn robots_in_turn(&self) -> impl FnMut(u32) -> Robot {
+        let mut robots = self.robots.iter().peekable();
         move |robot| {
-            while works.next_if(|(other, _)| **other < robot).is_some() {}
-            let found = works.next_if(|(other, _)| **other == robot);
-            found.map_or_else(RobotWork::default, |(_, work)| *work)
+            while robots.next_if(|(other, _)| **other < robot).is_some() {}
+            let found = robots.next_if(|(other, _)| **other == robot);
+            found.map_or_else(Robot::default, |(_, robot)| *robot)
         }
+    }
+
+    fn work_mut(&mut self, robot: u32) -> &mut RobotWork {
+        &mut self.robots.entry(robot).or_default().work
     }
 
     fn release(&mut self, order: u64) {
@@ -249,9 +262,9 @@ impl Orders {
         let loads = std::mem::take(&mut open.loads);
         let is_at_stop = std::mem::take(&mut open.is_at_stop);
         if let Some(robot) = open.robot.take() {
-            self.assigned.remove(&order);
+            self.assigned.remove(&(robot, order));
             self.add(robot, -1, -loads);
-            self.robots.entry(robot).or_default().at_stops -= i32::from(is_at_stop);
+            self.work_mut(robot).at_stops -= i32::from(is_at_stop);
         }
     }
 
@@ -261,10 +274,15 @@ impl Orders {
     }
 
     fn add(&mut self, robot: u32, orders: i32, loads: i32) {
-        let work = self.robots.entry(robot).or_default();
+        let work = self.work_mut(robot);
         work.orders += orders;
         work.loads += loads;
     }
+}
+
+/// The range of a robot's orders among those of all robots.
+fn orders_of(robot: u32) -> RangeInclusive<(u32, u64)> {
+    (robot, 0)..=(robot, u64::MAX)
 }
 
 /// Rounds a time to milliseconds. Ticks aren't shorter, and files with many times become half as
@@ -287,7 +305,7 @@ mod tests {
 
     /// Whether a robot has an order, and whether it has a load.
     fn has(orders: &Orders, robot: u32) -> [bool; 2] {
-        let RobotWork { orders, loads, .. } = orders.work_in_turn()(robot);
+        let RobotWork { orders, loads, .. } = orders.robots_in_turn()(robot).work;
         [orders > 0, loads > 0]
     }
 
@@ -379,7 +397,9 @@ mod tests {
             let (mut state, mut orders) = (seed, Orders::default());
             for tick in 0..3000 {
                 let waiting = random(&mut state, 3) == 0;
-                orders.advance(tick, |robot, _| waiting && robot % 2 == 0);
+                for robot in (0..5).filter(|robot| robot % 2 == 0) {
+                    orders.set_waiting(robot, waiting, tick.saturating_sub(1));
+                }
                 let now = Now { tick, secs: tick as f64 * TICK_SECS };
                 // In lockstep, the records of a tick come after its frame.
                 for _ in 0..random(&mut state, 4) {

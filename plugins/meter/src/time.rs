@@ -71,30 +71,31 @@ impl Parts {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OrderClock {
     parts: Parts,
-    /// The tick up to which it is known.
-    known: u64,
+    /// The tick up to which it is counted.
+    counted: u64,
+    /// The phase since then.
     phase: Phase,
 }
 
 impl OrderClock {
     /// Starts at the tick of an order's creation.
     pub fn new(tick: u64) -> Self {
-        Self { known: tick, ..Self::default() }
+        Self { counted: tick, ..Self::default() }
     }
 
-    /// Counts the ticks up to one as a phase.
-    pub fn advance(&mut self, phase: Phase, tick: u64) {
-        *self.parts.of(phase) += tick.saturating_sub(self.known);
-        (self.known, self.phase) = (self.known.max(tick), phase);
+    /// Turns to a phase that began at a tick, or at the last event if that was later.
+    pub fn turn(&mut self, phase: Phase, tick: u64) {
+        *self.parts.of(self.phase) += tick.saturating_sub(self.counted);
+        (self.counted, self.phase) = (self.counted.max(tick), phase);
     }
 
-    /// Counts the ticks up to an event. Between the last frame and the event nothing is known, so
-    /// they belong to the phase of that frame. An event that was before it takes ticks back.
+    /// Counts the ticks up to an event as the present phase. An event before the present phase
+    /// takes ticks back.
     pub fn stop_at(&mut self, tick: u64) -> Parts {
-        self.advance(self.phase, tick);
+        self.turn(self.phase, tick);
         let part = self.parts.of(self.phase);
-        *part = part.saturating_sub(self.known - tick);
-        self.known = tick;
+        *part = part.saturating_sub(self.counted - tick);
+        self.counted = tick;
         self.parts
     }
 
@@ -113,11 +114,10 @@ mod tests {
     fn each_tick_belongs_to_one_part() {
         let mut clock = OrderClock::new(10);
         clock.begin(Phase::Empty, 14);
-        clock.advance(Phase::Empty, 15);
-        clock.advance(Phase::Traffic, 18);
-        // Between two frames.
+        clock.turn(Phase::Traffic, 15);
         clock.begin(Phase::Handling, 20);
-        clock.advance(Phase::Handling, 25);
+        // The frame in which the robot waits no more has come later than the event.
+        clock.turn(Phase::Handling, 18);
         let parts = clock.stop_at(27);
         let expected = Parts { assignment: 4, empty: 1, loaded: 0, traffic: 5, handling: 7 };
         assert_eq!((parts, parts.total()), (expected, 17));
@@ -127,10 +127,15 @@ mod tests {
     }
 
     #[test]
-    fn an_event_before_the_last_frame_takes_ticks_back() {
+    fn an_event_before_the_present_phase_takes_ticks_back() {
         let mut clock = OrderClock::new(0);
         clock.begin(Phase::Empty, 2);
-        clock.advance(Phase::Empty, 10);
-        assert_eq!(clock.stop_at(8), Parts { assignment: 2, empty: 6, ..Parts::default() });
+        clock.turn(Phase::Traffic, 6);
+        clock.turn(Phase::Empty, 10);
+        clock.turn(Phase::Traffic, 12);
+        assert_eq!(
+            clock.stop_at(11),
+            Parts { assignment: 2, empty: 6, traffic: 3, ..Parts::default() }
+        );
     }
 }
