@@ -37,6 +37,12 @@ pub struct Congestion {
     floor: Vec<f32>,
     /// By edge: the expected delay, in seconds.
     expected: Vec<f32>,
+    /// The edges on which time was lost, each once: on many roads they are few.
+    with_losses: Vec<u32>,
+    /// By edge: whether it is one of them.
+    has_losses: Vec<bool>,
+    /// Whether the expected delays of all edges are to be computed.
+    is_stale: bool,
     settings: CongestionSettings,
 }
 
@@ -46,14 +52,23 @@ impl Congestion {
         let edges = roads.edges().len();
         let zeros = vec![0.0; edges];
         let (lost, floor) = (zeros.clone(), zeros.clone());
-        Self { lost, load: vec![0; edges], floor, expected: zeros, settings }
+        Self {
+            lost,
+            load: vec![0; edges],
+            floor,
+            expected: zeros,
+            with_losses: Vec::new(),
+            has_losses: vec![false; edges],
+            is_stale: false,
+            settings,
+        }
     }
 
     /// Lets a time pass, in seconds.
     pub fn pass(&mut self, seconds: f64) {
         let decay = (-seconds / self.settings.memory_secs).exp() as f32;
-        for lost in &mut self.lost {
-            *lost *= decay;
+        for edge in &self.with_losses {
+            self.lost[*edge as usize] *= decay;
         }
     }
 
@@ -61,10 +76,14 @@ impl Congestion {
     /// [`settle`](Self::settle) on.
     pub fn lose(&mut self, edge: u32, seconds: f32) {
         self.lost[edge as usize] += seconds;
+        if !std::mem::replace(&mut self.has_losses[edge as usize], true) {
+            self.with_losses.push(edge);
+        }
     }
 
     /// Recounts the robots whose routes lead along each edge, from [`settle`](Self::settle) on.
     pub fn count<'a>(&mut self, legs: impl Iterator<Item = &'a Leg>) {
+        self.is_stale = true;
         self.load.fill(0);
         for leg in legs {
             self.load[leg.edge() as usize] += 1;
@@ -73,6 +92,12 @@ impl Congestion {
 
     /// Computes the expected delays.
     pub fn settle(&mut self) {
+        if !std::mem::take(&mut self.is_stale) {
+            for number in 0..self.with_losses.len() {
+                self.expect(self.with_losses[number] as usize);
+            }
+            return;
+        }
         let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
         let observed = self.lost.iter().zip(&self.load).zip(&self.floor);
         for (expected, ((lost, load), floor)) in self.expected.iter_mut().zip(observed) {
@@ -85,13 +110,17 @@ impl Congestion {
         for leg in before {
             let edge = leg.edge() as usize;
             self.load[edge] = self.load[edge].saturating_sub(1);
-            self.expected[edge] = self.observed(edge).max(self.floor[edge]);
+            self.expect(edge);
         }
         for leg in after {
             let edge = leg.edge() as usize;
             self.load[edge] += 1;
-            self.expected[edge] = self.observed(edge).max(self.floor[edge]);
+            self.expect(edge);
         }
+    }
+
+    fn expect(&mut self, edge: usize) {
+        self.expected[edge] = self.observed(edge).max(self.floor[edge]);
     }
 
     /// The expected delay of a robot that takes an edge, in seconds.
@@ -108,6 +137,7 @@ impl Congestion {
     /// expected.
     pub fn set_floor(&mut self, floor: Vec<f32>) {
         self.floor = floor;
+        self.is_stale = true;
     }
 
     fn observed(&self, edge: usize) -> f32 {
