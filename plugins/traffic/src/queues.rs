@@ -37,10 +37,20 @@ enum Motion {
     Standing,
 }
 
+impl Motion {
+    fn of(state: u8, speed: f32) -> Self {
+        match state {
+            state if state == RobotState::Waiting as u8 => Self::Waiting,
+            state if state == RobotState::Driving as u8 || speed != 0.0 => Self::Driving,
+            _ => Self::Standing,
+        }
+    }
+}
+
 /// A robot in a sample.
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    robot: u32,
+    /// [`NO_EDGE`] if it is absent, or on no edge of the world.
     edge: u32,
     /// Metres from the edge's origin.
     s: f32,
@@ -80,6 +90,7 @@ impl Now {
 struct Sample {
     /// The number of its frame.
     frame: u32,
+    /// By robot.
     rows: Vec<Row>,
 }
 
@@ -134,26 +145,19 @@ impl Queues {
     }
 
     fn sample(&mut self, columns: &Columns<'_>) {
-        let mut rows = Vec::new();
-        for (robot, (&edge, &state)) in columns.edge.iter().zip(columns.state).enumerate() {
-            if state == RobotState::Absent as u8 || edge as usize >= self.tracks.len() {
-                continue;
-            }
-            let motion = match state {
-                state if state == RobotState::Waiting as u8 => Motion::Waiting,
-                state if state == RobotState::Driving as u8 || columns.speed[robot] != 0.0 => {
-                    Motion::Driving
+        let tracks = self.tracks.len();
+        let rows: Vec<Row> = (0..columns.edge.len())
+            .map(|robot| {
+                let (edge, state) = (columns.edge[robot], columns.state[robot]);
+                let is_present = state != RobotState::Absent as u8 && (edge as usize) < tracks;
+                Row {
+                    edge: if is_present { edge } else { NO_EDGE },
+                    s: columns.s[robot],
+                    motion: Motion::of(state, columns.speed[robot]),
+                    is_reverse: self.now[robot].is_reverse,
                 }
-                _ => Motion::Standing,
-            };
-            rows.push(Row {
-                robot: robot as u32,
-                edge,
-                s: columns.s[robot],
-                motion,
-                is_reverse: self.now[robot].is_reverse,
-            });
-        }
+            })
+            .collect();
         self.rows += rows.len();
         self.samples.push(Sample { frame: self.frame, rows });
         if self.rows > MAX_ROWS {
@@ -173,9 +177,9 @@ impl Queues {
         let mut caused = vec![0.0; self.tracks.len()];
         for sample in &self.samples {
             let places = Places::new(self, sample);
-            for (index, row) in sample.rows.iter().enumerate() {
-                if row.motion == Motion::Waiting {
-                    caused[places.cause(index) as usize] += self.sample_secs;
+            for (robot, row) in sample.rows.iter().enumerate() {
+                if row.motion == Motion::Waiting && row.edge != NO_EDGE {
+                    caused[places.cause(robot) as usize] += self.sample_secs;
                 }
             }
         }
@@ -183,25 +187,25 @@ impl Queues {
     }
 
     /// Returns the edge that a robot enters next after a frame; `None` if it never does.
-    fn next_edge(&self, robot: u32, frame: u32) -> Option<u32> {
-        let visits = &self.visits[robot as usize];
+    fn next_edge(&self, robot: usize, frame: u32) -> Option<u32> {
+        let visits = &self.visits[robot];
         let next = visits.partition_point(|visit| visit.entered <= frame);
         visits.get(next).map(|visit| visit.edge).filter(|edge| (*edge as usize) < self.tracks.len())
     }
 
     /// Whether a robot waits on its edge in a frame or after it. If it drives in between, it moves
     /// up in a queue.
-    fn is_in_queue(&self, robot: u32, frame: u32) -> bool {
-        let visits = &self.visits[robot as usize];
+    fn is_in_queue(&self, robot: usize, frame: u32) -> bool {
+        let visits = &self.visits[robot];
         let count = visits.partition_point(|visit| visit.entered <= frame);
         if count == visits.len() {
-            return count > 0 && self.now[robot as usize].waited >= frame;
+            return count > 0 && self.now[robot].waited >= frame;
         }
         count > 0 && visits[count - 1].waited >= frame
     }
 }
 
-/// The robots of a sample by place. Numbers are indices of its rows.
+/// The robots of a sample by place.
 struct Places<'a> {
     queues: &'a Queues,
     sample: &'a Sample,
@@ -225,13 +229,14 @@ impl<'a> Places<'a> {
     fn new(queues: &'a Queues, sample: &'a Sample) -> Self {
         let (mut on_edge, mut at_node) =
             (BTreeMap::<u32, Vec<usize>>::new(), BTreeMap::<u32, Vec<usize>>::new());
-        for (index, row) in sample.rows.iter().enumerate() {
-            on_edge.entry(row.edge).or_default().push(index);
+        let present = sample.rows.iter().enumerate().filter(|(_, row)| row.edge != NO_EDGE);
+        for (robot, row) in present {
+            on_edge.entry(row.edge).or_default().push(robot);
             let track = queues.tracks[row.edge as usize];
             for (node, metres) in [(track.origin, row.s), (track.destination, track.length - row.s)]
             {
                 if row.motion != Motion::Driving && metres <= REACH {
-                    at_node.entry(node).or_default().push(index);
+                    at_node.entry(node).or_default().push(robot);
                 }
             }
         }
@@ -242,12 +247,12 @@ impl<'a> Places<'a> {
     }
 
     /// Returns the edge that a robot waits for: the edge that the head of its queue can't enter.
-    fn cause(&self, index: usize) -> u32 {
-        let mut chain = vec![index];
-        let mut cause = self.sample.rows[index].edge;
+    fn cause(&self, robot: usize) -> u32 {
+        let mut chain = vec![robot];
+        let mut cause = self.sample.rows[robot].edge;
         while let Some(&last) = chain.last() {
             let row = &self.sample.rows[last];
-            let next = self.queues.next_edge(row.robot, self.sample.frame);
+            let next = self.queues.next_edge(last, self.sample.frame);
             cause = next.unwrap_or(cause);
             match self.blocker(last, next) {
                 // In a ring of robots that wait for each other, any of the edges will do.
@@ -264,14 +269,14 @@ impl<'a> Places<'a> {
         cause
     }
 
-    fn blocker(&self, index: usize, next: Option<u32>) -> Blocker {
-        let row = &self.sample.rows[index];
+    fn blocker(&self, robot: usize, next: Option<u32>) -> Blocker {
+        let row = &self.sample.rows[robot];
         let track = self.queues.tracks[row.edge as usize];
-        if let Some(other) = self.ahead(index) {
+        if let Some(other) = self.ahead(robot) {
             return self.blocked_by(other, Blocker::SameEdge);
         }
         let exit = if row.is_reverse { track.origin } else { track.destination };
-        let at_exit = self.standing(exit, index);
+        let at_exit = self.standing(exit, robot);
         let Some(next) = next else {
             return at_exit
                 .map_or(Blocker::NextEdge, |other| self.blocked_by(other, Blocker::SameEdge));
@@ -285,11 +290,11 @@ impl<'a> Places<'a> {
         }
         // Another robot may stand at the node between the edges, or at the one beyond: it came
         // there by another edge.
-        if let Some(other) = at_exit.filter(|other| !self.is_kept_back_by(*other, index)) {
+        if let Some(other) = at_exit.filter(|other| !self.is_kept_back_by(*other, robot)) {
             return self.blocked_by(other, Blocker::SameEdge);
         }
         let far = if is_entered_at_origin { after.destination } else { after.origin };
-        self.standing(far, index)
+        self.standing(far, robot)
             .map_or(Blocker::NextEdge, |other| self.blocked_by(other, Blocker::NextEdge))
     }
 
@@ -298,7 +303,7 @@ impl<'a> Places<'a> {
         let row = &self.sample.rows[other];
         match row.motion {
             Motion::Waiting => Blocker::Waiting(other),
-            Motion::Driving if self.queues.is_in_queue(row.robot, self.sample.frame) => {
+            Motion::Driving if self.queues.is_in_queue(other, self.sample.frame) => {
                 Blocker::Waiting(other)
             }
             Motion::Driving => Blocker::NextEdge,
@@ -307,28 +312,26 @@ impl<'a> Places<'a> {
     }
 
     /// Returns a robot that stands at a node on another edge than a given one.
-    fn standing(&self, node: u32, index: usize) -> Option<usize> {
-        let edge = self.sample.rows[index].edge;
+    fn standing(&self, node: u32, robot: usize) -> Option<usize> {
+        let edge = self.sample.rows[robot].edge;
         let mut others = self.at_node.get(&node)?.iter().copied();
-        others.find(|other| *other != index && self.sample.rows[*other].edge != edge)
+        others.find(|other| *other != robot && self.sample.rows[*other].edge != edge)
     }
 
     /// Whether a robot at the same node is itself kept back by another one, because both share an
     /// edge: then it doesn't block it.
     fn is_kept_back_by(&self, robot: usize, other: usize) -> bool {
-        let row = &self.sample.rows[robot];
-        let next = self.queues.next_edge(row.robot, self.sample.frame);
-        let other = &self.sample.rows[other];
+        let next = self.queues.next_edge(robot, self.sample.frame);
         next.is_some()
-            && (next == Some(other.edge)
-                || next == self.queues.next_edge(other.robot, self.sample.frame))
+            && (next == Some(self.sample.rows[other].edge)
+                || next == self.queues.next_edge(other, self.sample.frame))
     }
 
     /// Returns the next robot before another one on the same edge.
-    fn ahead(&self, index: usize) -> Option<usize> {
-        let row = &self.sample.rows[index];
+    fn ahead(&self, robot: usize) -> Option<usize> {
+        let row = &self.sample.rows[robot];
         let rows = self.on_edge.get(&row.edge)?;
-        let place = rows.iter().position(|other| *other == index)?;
+        let place = rows.iter().position(|other| *other == robot)?;
         let ahead = if row.is_reverse { place.checked_sub(1)? } else { place + 1 };
         rows.get(ahead).copied()
     }
