@@ -43,6 +43,7 @@ pub fn wait(time: Duration) -> Result<(), Failure> {
 
 /// An engine process, its control client and its reader.
 pub struct Experiment {
+    fleet: FleetName,
     supervisor: Supervisor,
     control: Control,
     /// The reader of its frames.
@@ -73,7 +74,7 @@ impl Experiment {
         loop {
             check_interrupt()?;
             if control.has_engine() && reader.has_producer() {
-                return Ok(Self { supervisor, control, reader });
+                return Ok(Self { fleet, supervisor, control, reader });
             }
             if !supervisor.take_ended().is_empty() || started.elapsed() > START_TIMEOUT {
                 return Err(
@@ -82,6 +83,11 @@ impl Experiment {
             }
             std::thread::sleep(POLL_INTERVAL);
         }
+    }
+
+    /// Returns the name of its fleet.
+    pub fn fleet(&self) -> &FleetName {
+        &self.fleet
     }
 
     /// Asks the engine for its status.

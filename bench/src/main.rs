@@ -1,10 +1,12 @@
 //! `regatta-bench`: measures the bars that the project sets itself, on processes of an executable
-//! `regatta`. Every command writes Markdown and JSON; `management` also draws an SVG plot.
+//! `regatta`. Every command writes Markdown and JSON; `management` and `scaling` also draw
+//! an SVG plot.
 
 mod management;
 mod plants;
 mod reading;
 mod runs;
+mod scaling;
 mod study;
 mod udp;
 
@@ -38,6 +40,8 @@ enum Command {
     Reading(reading::ReadingArgs),
     /// Measure single runs of studies: in one process, and as processes.
     Runs(runs::RunsArgs),
+    /// Measure how costs grow with robots, threads, edges, readers, and runs of a study.
+    Scaling(scaling::ScalingArgs),
     /// Measure studies: a hundred runs, the knee of a warehouse, and whether they repeat.
     Study(study::StudyArgs),
     /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
@@ -82,6 +86,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Plants(args) => plants::run(&program, args),
         Command::Reading(args) => reading::run(&program, args),
         Command::Runs(args) => runs::run(&program, args),
+        Command::Scaling(args) => scaling::run(&program, args),
         Command::Study(args) => study::run(&program, args),
         Command::Udp(args) => udp::run(&program, args),
     }

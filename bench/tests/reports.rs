@@ -86,6 +86,8 @@ fn options_out_of_range_are_refused_before_anything_is_measured() {
         (["plants", "--planners", "lanes,tram"], "unknown planner 'tram'"),
         (["plants", "--only", "atlantis"], "no plant has such a name"),
         (["plants", "--layouts", "/no/plants"], "/no/plants: can't read"),
+        (["scaling", "--only", "edges,edges"], "give it once"),
+        (["scaling", "--max-robots", "0"], "at least 1"),
     ] {
         let output = report(folder.path(), &args);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -105,6 +107,28 @@ fn an_error_of_the_engine_is_the_error_of_the_report() {
         "{message}"
     );
     assert_eq!(message.lines().count(), 1, "{message}");
+}
+
+#[test]
+fn costs_are_measured_by_robots_readers_and_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let parts = ["--only", "robots,readers,runs", "--secs", "1"];
+    let sizes = ["--max-robots", "10", "--max-readers", "1", "--max-runs", "10"];
+    let output = report(folder.path(), &[&["scaling"], &parts[..], &sizes[..]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(folder.path()), ["scaling.json", "scaling.md", "scaling.svg"]);
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("scaling.json")).expect("a file"))
+            .expect("JSON");
+    let amounts = |table: usize| -> Vec<_> {
+        let lines = json["tables"][table]["series"][0]["lines"].as_array().expect("lines");
+        lines.iter().map(|line| line["amount"].as_u64().expect("a number")).collect()
+    };
+    assert_eq!([amounts(0), amounts(1), amounts(2)], [vec![1, 10], vec![0, 1], vec![10]]);
+    let robots = &json["tables"][0]["series"][0]["lines"][1];
+    assert!(robots["tick_cost_p50_ms"].as_f64() > Some(0.0), "{robots}");
+    assert!(robots["ticks"].as_u64() > Some(50), "{robots}");
+    assert!(json["tables"][2]["series"][0]["lines"][0]["secs"].as_f64() > Some(0.0), "{json}");
 }
 
 /// A report of few robots for a short time. The manager has enough to do for a comparison with the

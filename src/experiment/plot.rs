@@ -1,4 +1,4 @@
-//! The plots of the reports, as SVG: two charts side by side.
+//! The plots of the reports, as SVG: rows of two charts.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use regatta_study::page::COLOURS;
 
 use crate::failure::Failure;
 
-/// The size of a plot in pixels: two charts side by side.
+/// The size of a row of two charts in pixels.
 const SIZE: (u32, u32) = (1100, 500);
 /// The largest number of labels along x: those of a million robots are long.
 const MAX_LABELS: usize = 8;
@@ -59,13 +59,23 @@ pub struct Chart<'a> {
 /// # Errors
 /// If a chart can't be drawn.
 pub fn side_by_side(left: &Chart<'_>, right: &Chart<'_>) -> Result<String, Failure> {
+    grid(&[left, right])
+}
+
+/// Draws charts, two in a row.
+///
+/// # Errors
+/// If a chart can't be drawn.
+pub fn grid(charts: &[&Chart<'_>]) -> Result<String, Failure> {
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let rows = charts.len().div_ceil(2).max(1);
+        let size = (SIZE.0, SIZE.1 * rows as u32);
+        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
-        let (left_area, right_area) = root.split_horizontally(SIZE.0 / 2);
-        draw(&left_area, left)?;
-        draw(&right_area, right)?;
+        for (area, chart) in root.split_evenly((rows, 2)).iter().zip(charts) {
+            draw(area, chart)?;
+        }
         root.present()?;
     }
     Ok(svg)
