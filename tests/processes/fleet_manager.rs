@@ -218,7 +218,7 @@ fn robots_with_small_batteries_charge_in_time() {
     engine
         .arg("engine")
         .arg(scenario)
-        .args(["--rate", "20", "--ticks", "72000", "--speed", "max", "--fleet", &name]);
+        .args(["--rate", "10", "--ticks", "36000", "--speed", "max", "--fleet", &name]);
     engine.args(["--lockstep", "fleet-manager", "--lockstep", "validator"]);
     let engine = Process::start(&mut engine).finish();
     assert!(engine.status.success(), "{}", text(&engine));

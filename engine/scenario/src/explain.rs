@@ -149,10 +149,21 @@ fn found_value(found: &str) -> String {
         "map" => "a map (key: value)".to_owned(),
         "unit value" | "Option value" => "nothing".to_owned(),
         _ => match (found.strip_prefix("string "), quoted(found).as_slice()) {
-            (Some(text), _) => format!("the text {text}"),
+            (Some(text), _) => format!("the text {}", shortened(text)),
             (None, [number]) => (*number).to_owned(),
             (None, _) => found.to_owned(),
         },
+    }
+}
+
+/// The most characters of a text in an error: a whole file may be one text in YAML.
+const MOST_CHARACTERS: usize = 60;
+
+/// Returns a text in quotation marks, without its end if it is long.
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(MOST_CHARACTERS) {
+        Some((end, _)) => format!("{}…\"", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

@@ -247,6 +247,12 @@ fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program
         not_a_map.to_string(),
         "list.yaml:1: a list is given, but this must be a map with the keys graph and robots"
     );
+    let prose = "Ölfässer stehen in der Halle. ".repeat(50);
+    let not_a_map = Scenario::from_text(&prose, Path::new("prose.yaml"), &Overrides::default())
+        .expect_err("a text")
+        .to_string();
+    assert!(not_a_map.contains("Ölfässer stehen") && not_a_map.contains("…\" is given"));
+    assert!(not_a_map.chars().count() < 200, "{not_a_map}");
 }
 
 #[test]
