@@ -63,7 +63,7 @@ pub struct LayoutArgs {
     /// Layer of a drawing whose lines are edges; other layers are background; may be repeated
     #[arg(long = "layer", value_name = "NAME")]
     pub layers: Vec<String>,
-    /// Unit of a drawing instead of its own
+    /// Unit of lengths instead of the file's own
     #[arg(long)]
     #[arg(value_parser = one_of::<LengthUnit>(LengthUnit::ALL.iter().map(|unit| unit.name())))]
     pub units: Option<LengthUnit>,

@@ -7,7 +7,7 @@ use regatta_layout::traffic::{
     Certainty, Certificate, Remark, RobotType, RobotTypeError, Topic, Turning,
 };
 use regatta_layout::{EdgeIndex, NodeIndex, RouteGraph};
-use regatta_scenario::{Scenario, Shape};
+use regatta_scenario::Scenario;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -91,34 +91,16 @@ fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
     let types = in_use.iter().filter_map(|&index| scenario.robot_types.get(index as usize));
     let largest = types.rev().max_by(|a, b| area(a).total_cmp(&area(b)));
     let Some(largest) = largest else { return Ok(RobotType::default().into()) };
-    let [length, width] = sides(largest);
-    let turning =
-        if largest.max_rotation_speed > 0.0 { Turning::OnTheSpot } else { Turning::Never };
     let others = match in_use.len() {
         1 => String::new(),
         types => format!(", the largest of {types} in use"),
     };
     let name = Some(format!("type `{}`{others}", largest.name));
-    Ok(NamedRobot { robot: RobotType::new(length, width, turning)?, name })
+    Ok(NamedRobot { robot: largest.in_traffic()?, name })
 }
 
-fn area(robot: &regatta_scenario::RobotType) -> f64 {
-    let [length, width] = sides(robot);
-    length * width
-}
-
-/// Returns the length and the width in metres; a circle counts as the square around it.
-fn sides(robot: &regatta_scenario::RobotType) -> [f64; 2] {
-    let length = micrometres(robot.length);
-    match robot.shape {
-        Shape::Rectangle => [length, micrometres(robot.width)],
-        Shape::Circle => [length; 2],
-    }
-}
-
-/// Rounds metres to micrometres: 0.9 in single precision is 0.9 then.
-fn micrometres(metres: f32) -> f64 {
-    (f64::from(metres) * 1e6).round() / 1e6
+fn area(robot: &regatta_scenario::RobotType) -> f32 {
+    robot.length * robot.width
 }
 
 /// What a layout allows robots.

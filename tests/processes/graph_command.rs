@@ -423,7 +423,7 @@ fn traffic_is_examined_for_the_robots_that_are_given() {
     assert_eq!(dead_ends.count(), 16);
     let output = regatta_graph(&["check", "--traffic", "--length", "nan"], Some(&comb));
     let error = text(&output.stderr);
-    assert!(!output.status.success() && error.contains("must be 0.01 to 20"), "{error}");
+    assert!(!output.status.success() && error.contains("must be 0.001 to 100"), "{error}");
     let output = regatta_graph(&["check", "--length", "1"], Some(&comb));
     assert!(text(&output.stderr).contains("--traffic"), "sizes are those of --traffic only");
 }

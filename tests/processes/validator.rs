@@ -181,11 +181,11 @@ fn an_order_for_a_missing_robot_is_a_finding_and_a_last_stop_without_a_way_on_is
     assert!(text(&missing).contains("1 unroutable"), "{}", text(&missing));
     let trapped = run("stops: [{at: trap}]");
     assert!(trapped.status.success(), "{}", text(&trapped));
-    let warning = "order a ends at trap, from which no way leads on";
+    let warning = "order a ends at trap, from which no way leads back";
     assert!(text(&trapped).contains(warning), "{}", text(&trapped));
     for order in ["stops: [{at: 2}]", "stops: [{at: 1}, {at: 1}]"] {
         let kept = run(order);
-        assert!(!text(&kept).contains("no way leads on"), "{}", text(&kept));
+        assert!(!text(&kept).contains("no way leads back"), "{}", text(&kept));
     }
     write(
         "scenario.yaml",
@@ -193,7 +193,7 @@ fn an_order_for_a_missing_robot_is_a_finding_and_a_last_stop_without_a_way_on_is
          plugins: [{name: fleet-manager, args: [--orders, orders.yaml]}]\n",
     );
     let kept = run("stops: [{at: 2}]");
-    assert!(!text(&kept).contains("no way leads on"), "{}", text(&kept));
+    assert!(!text(&kept).contains("no way leads back"), "{}", text(&kept));
 }
 
 #[test]
@@ -213,4 +213,31 @@ fn a_robot_leaves_a_node_to_which_no_edge_leads() {
     let run = Process::start(regatta().current_dir(folder.path()).args(args)).finish();
     assert!(run.status.success(), "{}", text(&run));
     assert!(text(&run).contains("1 finished"), "{}", text(&run));
+}
+
+#[test]
+fn a_load_that_leads_where_no_way_leads_back_is_told_once_at_the_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    let nodes = "id,x,y,role\nA,0,0,pick\nB,9,0,drop\nT,9,9,drop\nU,18,9,\n";
+    write("plant.csv", &format!("{nodes}\nfrom,to\nA,B\nB,A\nB,T\nT,U\nU,T\n"));
+    let run = |to: &str| {
+        write(
+            "scenario.yaml",
+            &format!(
+                "graph: plant.csv\nviewer: off\nrobots: [{{node: A}}, {{node: B}}]\n\
+                 load: {{per_hour: 60, from: [A], to: {to}}}\nplugins: [fleet-manager]\n"
+            ),
+        );
+        let args = ["run", "scenario.yaml", "--trust", "--in-process", "--simulated", "5min"];
+        text(&Process::start(regatta().current_dir(folder.path()).args(args)).finish())
+    };
+    let trapped = run("[B, T]");
+    let warning = "orders end at `T`, from which no way leads back: their robots stay there";
+    assert_eq!(trapped.matches(warning).count(), 1, "{trapped}");
+    assert_eq!(trapped.matches("no way leads back").count(), 1, "{trapped}");
+    let kept = run("[B]");
+    assert!(!kept.contains("no way leads back"), "{kept}");
 }

@@ -1,8 +1,10 @@
 //! Checks of route graphs: validation, warnings, repairs, and the differences between two graphs.
 
 mod body_heading;
+mod coincident;
 pub mod diff;
 pub(crate) mod fix;
 pub(crate) mod lint;
+pub(crate) mod units;
 pub(crate) mod validate;
 mod zones;

@@ -28,7 +28,7 @@ use self::file::{
     GraphError, MAX_ENTRIES, MAX_FILE_BYTES, Source, SyntaxError, line_at, read_file, too_large,
 };
 use self::layout::Layout;
-use crate::check::{fix, lint, validate};
+use crate::check::{fix, lint, units, validate};
 use crate::model::finding::{Findings, Report, Subject};
 use crate::model::format::Format;
 use crate::model::options::ReadOptions;
@@ -42,7 +42,7 @@ impl ReadOptions {
             ("--handles", self.handles.is_some(), &[Format::Regatta][..]),
             ("--vehicle-type", self.vehicle_type.is_some(), &[Format::Lif]),
             ("--layer", !self.layers.is_empty(), &[Format::Dxf]),
-            ("--units", self.units.is_some(), &[Format::Dxf, Format::Csv]),
+            ("--units", self.units.is_some(), &UNIT_FORMATS),
             ("--skeleton", self.skeleton.is_some(), &[Format::RosMap]),
             ("--cell-size", self.cell_size.is_some(), &[Format::MovingAi]),
             ("--level", self.level.is_some(), &LEVEL_FORMATS),
@@ -70,6 +70,13 @@ const LEVEL_FORMATS: [Format; 6] = [
     Format::OpenTcs,
     Format::Csv,
 ];
+
+/// The formats whose lengths are in metres.
+const METRIC_FORMATS: [Format; 4] = [Format::Regatta, Format::Lif, Format::OpenRmf, Format::Nav2];
+
+/// The formats whose unit of length can be given: these, and those whose readers handle it.
+const UNIT_FORMATS: [Format; 6] =
+    [Format::Dxf, Format::Csv, Format::Regatta, Format::Lif, Format::OpenRmf, Format::Nav2];
 
 /// Reads and validates a route graph file. Returns the graph with its warnings.
 ///
@@ -132,7 +139,7 @@ fn parse_raw<'text>(
         report.file_warning(*at, message.as_str());
     }
     options.report_unused(format, &mut report);
-    let raw = match format {
+    let mut raw = match format {
         Format::Regatta => {
             regatta::read(text, parts, &mut report).map_err(|error| syntax(name, error))?
         }
@@ -146,6 +153,13 @@ fn parse_raw<'text>(
                 .into_raw(&mut report)
         }
     };
+    match options.units {
+        Some(unit) if METRIC_FORMATS.contains(&format) => raw.scale(unit.metres()),
+        None if UNIT_FORMATS.contains(&format) && !units::check(&raw, &mut report) => {
+            return Err(GraphError::Invalid(report.into_findings()));
+        }
+        _ => {}
+    }
     Ok((raw, report))
 }
 

@@ -33,6 +33,7 @@
 //! ```
 
 mod conflicts;
+mod cover;
 mod levels;
 mod main_part;
 mod network;
@@ -120,7 +121,7 @@ impl Certificate {
             parts: parts::parts(&network, &names),
             in_the_way: in_the_way(&network, &conflicts),
             slow: slow::slow_legs(graph),
-            under_way: under_way::most_under_way(&network, &conflicts, &tracks, robot),
+            under_way: under_way::most_under_way(&network, &conflicts, robot),
             sinks: sinks(&network),
             zones: graph.zones().to_vec(),
             station_names: names,
@@ -152,7 +153,7 @@ pub fn most_under_way(graph: &RouteGraph, robot: &RobotType) -> MostUnderWay {
     let network = Network::new(graph);
     let sweeps = Sweeps::new(graph);
     let conflicts = Conflicts::new(&network, &sweeps, robot);
-    under_way::most_under_way(&network, &conflicts, &Tracks::new(&network, &sweeps, robot), robot)
+    under_way::most_under_way(&network, &conflicts, robot)
 }
 
 /// The largest number of robots of which a zone never keeps one out.

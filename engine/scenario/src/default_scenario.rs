@@ -59,8 +59,8 @@ pub fn default_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
 /// Returns the robots, their orders and the plugins.
 fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
     let Some(main) = MainPart::of(graph) else {
-        let robots = by_length(graph) as u32;
-        return format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
+        // Nothing keeps two of them apart where they come to an end.
+        return "robots:\n- count: 1\n  routes: random\nplugins:\n- collision\n".to_owned();
     };
     let load = MadeUpLoad::new(&main.graph);
     let robots = robots(&main, &load, [length, width]);
@@ -87,8 +87,8 @@ pub fn limits(graph: &RouteGraph) -> Vec<String> {
     let Some(main) = MainPart::of(graph) else {
         let slow = if is_crawling(graph) { TOO_SLOW } else { "" };
         return vec![format!(
-            "no road leads back to where it began{slow}: robots drive at random, without a fleet \
-             manager"
+            "no road leads back to where it began{slow}: one robot drives at random, without a \
+             fleet manager"
         )];
     };
     let left_out = main.left_out.iter().map(|part| format!("left out of the orders: {part}"));
@@ -267,6 +267,13 @@ mod tests {
         };
         assert!(told("B,A,0.001\n")[0].contains("too slow to count: raise their speeds"));
         assert!(!told("")[0].contains("slow"), "{:?}", told(""));
+    }
+
+    #[test]
+    fn a_layout_without_a_way_back_gets_one_robot_that_nothing_collides_with() {
+        let text = "id,x,y\nA,0,0\nB,80,0\nC,160,0\n\nfrom,to\nA,B\nB,C\n";
+        let scenario = Scenario::from_text(text, Path::new("t.csv"), &Overrides::default());
+        assert_eq!(scenario.expect("a scenario").robots(), 1);
     }
 
     #[test]

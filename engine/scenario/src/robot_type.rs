@@ -4,13 +4,11 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use regatta_layout::traffic;
 use serde::{Deserialize, Deserializer, de};
 
 use super::yaml::RobotTypeEntry;
 
-/// The range of a robot's length and width in metres: the collision checker's largest robot is as
-/// long.
-const SIZES: RangeInclusive<f32> = 0.001..=1000.0;
 /// The range of a robot's largest speed in metres per second.
 const SPEEDS: RangeInclusive<f32> = 0.001..=1000.0;
 /// The range of a robot's largest acceleration in metres per second squared. With less, a robot
@@ -164,9 +162,8 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
     let rotation_acceleration = entry.max_rotation_acceleration;
     let max_rotation_acceleration =
         limit("max_rotation_acceleration", "rad/s²", rotation_acceleration, ROTATIONS)?;
-    let length = in_range("length", "m", entry.length, SIZES)?;
-    let width = entry.width.map(|width| in_range("width", "m", width, SIZES)).transpose()?;
-    let width = match (entry.shape, width) {
+    let length = entry.length;
+    let width = match (entry.shape, entry.width) {
         (Shape::Rectangle, Some(width)) => width,
         (Shape::Rectangle, None) => {
             return Err("width is missing (only a circle has none)".to_owned());
@@ -176,6 +173,7 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
         }
         (Shape::Circle, _) => length,
     };
+    certificate_type(length, width, max_rotation_speed).map_err(|error| error.to_string())?;
     if let Some(battery) = &entry.battery {
         battery.check()?;
     }
@@ -190,6 +188,32 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
         max_rotation_acceleration,
         battery: entry.battery,
     })
+}
+
+/// Returns the type as certificates of traffic describe it, which have the range of sizes.
+fn certificate_type(
+    length: f32,
+    width: f32,
+    max_rotation_speed: f32,
+) -> Result<traffic::RobotType, traffic::RobotTypeError> {
+    let turns = max_rotation_speed > 0.0;
+    let turning = if turns { traffic::Turning::OnTheSpot } else { traffic::Turning::Never };
+    traffic::RobotType::new(micrometres(length), micrometres(width), turning)
+}
+
+/// Rounds metres to micrometres: 0.9 in single precision is 0.9 then.
+fn micrometres(metres: f32) -> f64 {
+    (f64::from(metres) * 1e6).round() / 1e6
+}
+
+impl RobotType {
+    /// Returns the type for a certificate of traffic; a circle counts as the square around it.
+    ///
+    /// # Errors
+    /// If a side is out of range, which no type of a scenario is.
+    pub fn in_traffic(&self) -> Result<traffic::RobotType, traffic::RobotTypeError> {
+        certificate_type(self.length, self.width, self.max_rotation_speed)
+    }
 }
 
 /// Returns a limit, infinite if there is none.

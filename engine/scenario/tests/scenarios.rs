@@ -106,7 +106,7 @@ fn an_error_names_the_entry_and_what_to_do() {
         (
             &format!("robot_types: [{{name: a, length: -1, width: 1}}]\n{robots}"),
             "robot_types",
-            "length is -1",
+            "a robot of -1 m",
         ),
         (
             "robot_types: [{name: tug, length: 1, width: 1}]\nrobots: [{type: tag, node: 1}]",
@@ -155,8 +155,8 @@ fn extreme_limits_and_sizes_are_refused() {
     for (key, advice) in [
         ("max_acceleration", "give 0.001 to 1000000 m/s²"),
         ("max_speed", "give 0.001 to 1000 m/s"),
-        ("length", "give 0.001 to 1000 m"),
-        ("width", "give 0.001 to 1000 m"),
+        ("length", "its length and its width must be 0.001 to 100 m"),
+        ("width", "its length and its width must be 0.001 to 100 m"),
     ] {
         for value in ["1.0e-9", "0", "-1", "1.0e30", ".inf", ".nan"] {
             let message = number(key, value).expect_err(value).to_string();
@@ -165,7 +165,7 @@ fn extreme_limits_and_sizes_are_refused() {
                 "{message}"
             );
         }
-        for value in ["0.001", "1", "1000"] {
+        for value in ["0.001", "1", "100"] {
             number(key, value).unwrap_or_else(|error| panic!("{key} {value}: {error}"));
         }
     }

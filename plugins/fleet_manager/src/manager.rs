@@ -50,7 +50,7 @@ pub struct Manager {
     candidates: Vec<Candidate>,
     /// The numbers of closure changes and of robots when unroutable orders were last checked.
     checked: (u64, usize),
-    /// The nodes of which a warning says that no way leads on from them.
+    /// The nodes of which a warning says that no way leads back from them.
     traps: BTreeSet<u32>,
     /// The robots for which waiting orders were judged, with the part of the roads of each.
     judged_for: Vec<(u32, Option<u32>)>,
@@ -69,7 +69,7 @@ impl Manager {
         settings: Settings,
         orders: OrderPool,
     ) -> Self {
-        Self {
+        let mut manager = Self {
             times: DrivingTimes::default(),
             steering: Steering::new(roads, planner, settings),
             orders,
@@ -83,7 +83,9 @@ impl Manager {
             warnings: Vec::new(),
             vehicle_cycles: 0,
             vehicles_shown: None,
-        }
+        };
+        manager.warn_of_traps();
+        manager
     }
 
     /// Manages the batteries of robots, too.

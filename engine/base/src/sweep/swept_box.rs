@@ -1,5 +1,7 @@
 //! The space that robots sweep along an edge, as a chain of short stretches.
 
+use std::f32::consts::FRAC_1_SQRT_2;
+
 use glam::{DVec2, Vec2, vec2};
 
 use super::cubic::Cubic;
@@ -63,6 +65,25 @@ impl SweptBox {
         };
         let half = half + self.offset + MARGIN;
         Rectangle { centre: self.centre, heading: self.heading, half }
+    }
+
+    /// Returns a rectangle within a footprint, enlarged by the [`MARGIN`], at every pose of the
+    /// stretch: robots on two stretches whose cores touch do so, too. `None` if the stretch is too
+    /// long for it: half of the footprint's smaller side is short enough.
+    pub fn core(&self, footprint: &Footprint) -> Option<Rectangle> {
+        let Vec2 { x: length, y: width } = footprint.half + MARGIN;
+        // The square in the circle that footprints of all headings have in common.
+        let of_any_heading = Vec2::splat(length.min(width) * FRAC_1_SQRT_2);
+        let turned = vec2(length - width * self.turn, width - length * self.turn);
+        let half = if turned.y > of_any_heading.y { turned } else { of_any_heading } - self.offset;
+        let is_positive = half.min_element() > 0.0;
+        is_positive.then_some(Rectangle { centre: self.centre, heading: self.heading, half })
+    }
+
+    /// The same stretch, with robots of any heading on it.
+    #[must_use]
+    pub fn of_any_heading(self) -> Self {
+        Self { turn: 1.0, ..self }
     }
 
     /// Whether its half length is that of a straight line in a direction.

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 
 use regatta_base::graph::{Gear, Leg, NodeIndex, SMOOTH_TURN};
 
+use super::coincident;
 use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
 use crate::model::finding::{FindingKind, Report, Severity, Subject};
@@ -39,6 +40,11 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     linter.warn_of_jumps();
     linter.warn_of_dead_ends();
     linter.warn_of_unreachable();
+    linter.warn_once(
+        &coincident::nodes(graph),
+        "it lies at the place of another node: robots can't stand at both; join them if they are \
+         one",
+    );
     linter.warn_of_ids_as_names();
 }
 

@@ -23,7 +23,7 @@ use crate::model::value::{plural, shorten};
 pub const MAX_COORDINATE: f64 = 8000.0;
 
 /// The largest extent in metres, which leaves room to round the origin.
-const MAX_EXTENT: f64 = 2.0 * MAX_COORDINATE - 1000.0;
+pub const MAX_EXTENT: f64 = 2.0 * MAX_COORDINATE - 1000.0;
 
 /// Of so many nodes, at most one may be far from the others as its position is wrong.
 const MAX_OUTLIERS: usize = 3;

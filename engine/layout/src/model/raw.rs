@@ -46,7 +46,36 @@ pub(crate) struct RawNode {
     pub tags: Option<Box<Tags>>,
 }
 
+impl RawGraph {
+    /// Multiplies all lengths by the metres of their unit.
+    pub fn scale(&mut self, unit: f64) {
+        for node in &mut self.nodes {
+            node.x = node.x.map(|x| x * unit);
+            node.y = node.y.map(|y| y * unit);
+        }
+        for edge in &mut self.edges {
+            edge.forward = edge.forward.map(|length| length * unit);
+            edge.backward = edge.backward.map(|length| length * unit);
+            let Some(RawCurve::Cubics(cubics)) = &mut edge.curve else { continue };
+            for point in cubics.iter_mut().flat_map(|cubic| &mut cubic.control_points) {
+                *point *= unit;
+            }
+        }
+        for station in &mut self.stations {
+            station.position = station.position.map(|position| position * unit);
+        }
+        for point in self.background.iter_mut().flatten() {
+            *point *= unit;
+        }
+    }
+}
+
 impl RawNode {
+    /// The position, if both of its coordinates are known.
+    pub fn position(&self) -> Option<DVec2> {
+        Some(DVec2::new(self.x?, self.y?))
+    }
+
     /// Reports a finding about the node; its message begins with the name if there is one.
     pub fn report(&self, severity: Severity, message: &str, report: &mut Report<'_>) {
         let message = with_name(self.tags.as_deref(), message);

@@ -76,9 +76,15 @@ impl Value<'_> {
 /// Returns at most 40 characters of a text, with control characters escaped.
 pub(crate) fn shorten(text: &str) -> String {
     let mut characters = text.chars();
-    let start: String = characters.by_ref().take(40).collect();
+    let mut start = String::new();
+    for letter in characters.by_ref().take(40) {
+        match letter {
+            '\'' => start.push(letter),
+            _ => start.extend(letter.escape_debug()),
+        }
+    }
     let dots = if characters.next().is_some() { "…" } else { "" };
-    format!("{}{dots}", start.escape_debug())
+    format!("{start}{dots}")
 }
 
 /// Returns a number of things in words.

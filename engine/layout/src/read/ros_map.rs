@@ -6,6 +6,7 @@
 mod chains;
 mod grid;
 mod outline;
+mod points;
 mod roadmap;
 mod skeleton;
 #[cfg(test)]
@@ -58,7 +59,7 @@ pub(crate) fn read<'text>(
             .file_warning(0, "less than 1 % of the map is free: check `negate` and the thresholds");
     }
     let roadmap = Roadmap::new(&grid, f64::from(width.0) / 1000.0);
-    report_roadmap(&roadmap, width.0, report);
+    report_roadmap(&roadmap, &grid, width.0, report);
     let background = outlines(&grid).unwrap_or_else(|message| {
         report.file_warning(0, message);
         Vec::new()
@@ -111,13 +112,22 @@ fn outlines(grid: &Grid) -> Result<Vec<Vec<DVec2>>, String> {
     Ok(outlines)
 }
 
-fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
-    if roadmap.edges.is_empty() {
-        let message = format!(
-            "a robot of {width} mm can't drive anywhere on this map: check `resolution` and the \
-             width"
-        );
-        report.file_error(0, message);
+fn report_roadmap(roadmap: &Roadmap, grid: &Grid, width: u32, report: &mut Report<'_>) {
+    let areas = areas_without_road(&roadmap.points, grid);
+    match (roadmap.edges.is_empty(), areas) {
+        (true, None) => {
+            let message = format!(
+                "a robot of {width} mm can't drive anywhere on this map: check `resolution` and \
+                 the width"
+            );
+            report.file_error(0, message);
+        }
+        (true, Some(areas)) => report.file_error(
+            0,
+            format!("no road was found for a robot of {width} mm: {areas}; check `resolution`"),
+        ),
+        (false, Some(areas)) => report.file_warning(0, areas),
+        (false, None) => {}
     }
     if roadmap.dropped > 0 {
         let (dropped, length) = (roadmap.dropped, roadmap.dropped_length);
@@ -128,6 +138,20 @@ fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
         );
         report.file_warning(0, message);
     }
+}
+
+/// Returns the free areas whose skeleton is a point, in words.
+fn areas_without_road(points: &[DVec2], grid: &Grid) -> Option<String> {
+    let first = grid.metres(*points.first()?);
+    let (areas, are) = match points.len() {
+        1 => ("1 free area".to_owned(), "is"),
+        count => (format!("{count} free areas"), "are"),
+    };
+    Some(format!(
+        "{areas} ({:.1} m, {:.1} m) {are} about as long as wide, so that a road along the middle \
+         shrinks to a point there: draw roads by hand, with this map as `--background`",
+        first.x, first.y
+    ))
 }
 
 /// Makes two edges of each road, one for each direction.

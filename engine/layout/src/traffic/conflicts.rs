@@ -47,13 +47,17 @@ impl Sweeps {
 }
 
 fn sweep(edge: &Edge) -> Sweep {
+    let is_plain = edge.orientation == Orientation::Tangential && is_straight(&edge.path);
+    sweep_with(edge, if is_plain { STRAIGHT_STEP } else { OTHER_STEP })
+}
+
+/// Samples an edge with stretches of at most a number of metres.
+pub fn sweep_with(edge: &Edge, step: f64) -> Sweep {
     let heading = match edge.orientation {
         Orientation::Tangential => BodyHeading::Tangential,
         Orientation::Offset(offset) => BodyHeading::Offset(offset),
         Orientation::Fixed(heading) => BodyHeading::Fixed(heading),
     };
-    let is_plain = heading == BodyHeading::Tangential && is_straight(&edge.path);
-    let step = if is_plain { STRAIGHT_STEP } else { OTHER_STEP };
     Sweep::with_step(heading, edge.path.cubics().map(|cubic| cubic.control_points), step)
 }
 

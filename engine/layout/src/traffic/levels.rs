@@ -13,6 +13,8 @@ type Level = u32;
 pub struct Levels {
     nodes: Vec<Level>,
     edges: Vec<Level>,
+    /// Whether no level is named at all.
+    is_flat: bool,
 }
 
 impl Levels {
@@ -34,7 +36,7 @@ impl Levels {
             }
         });
         let edges = edges.collect();
-        Self { nodes, edges }
+        Self { nodes, edges, is_flat: numbers.is_empty() }
     }
 
     /// Whether robots at two nodes aren't on different levels.
@@ -45,6 +47,12 @@ impl Levels {
     /// Whether robots at a node and on an edge aren't on different levels.
     pub fn join_edge(&self, node: u32, edge: u32) -> bool {
         may_meet(self.nodes[node as usize], self.edges[edge as usize])
+    }
+
+    /// Whether robots on two edges are on one level for sure.
+    pub fn are_shared(&self, a: u32, b: u32) -> bool {
+        let [of_a, of_b] = [a, b].map(|edge| self.edges[edge as usize]);
+        a == b || of_a == of_b && (of_a != 0 || self.is_flat)
     }
 }
 

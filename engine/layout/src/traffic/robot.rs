@@ -5,7 +5,7 @@ use regatta_base::sweep::Footprint;
 use serde::Serialize;
 
 /// The smallest and the largest side of a robot, in metres.
-const SIDES: std::ops::RangeInclusive<f64> = 0.01..=20.0;
+const SIDES: std::ops::RangeInclusive<f64> = 0.001..=100.0;
 
 /// Whether robots turn on the spot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -49,7 +49,7 @@ impl RobotType {
     /// Makes a type of a length along and a width across the heading, in metres.
     ///
     /// # Errors
-    /// [`RobotTypeError`] if a side is no number from 0.01 to 20.
+    /// [`RobotTypeError`] if a side is no number from 0.001 to 100.
     pub fn new(length: f64, width: f64, turning: Turning) -> Result<Self, RobotTypeError> {
         match SIDES.contains(&length) && SIDES.contains(&width) {
             true => Ok(Self { length, width, turning }),

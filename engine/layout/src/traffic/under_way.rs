@@ -1,13 +1,12 @@
 //! The largest number of robots that can be under way.
 
-use regatta_base::graph::{EdgeIndex, Leg};
+use regatta_base::graph::Leg;
 
-use super::conflicts::{Conflicts, is_straight};
+use super::conflicts::Conflicts;
+use super::cover::most_on_roads;
 use super::network::{Network, leg_of};
 use super::robot::RobotType;
 use super::room::{Certainty, Count, groups, most_standing};
-use super::tracks::{Track, TrackKind, Tracks};
-use crate::model::tags::Orientation;
 
 /// The largest group of touching nodes that is counted anew for each leg.
 const MOST_COUNTED: usize = 64;
@@ -19,7 +18,8 @@ pub struct MostUnderWay {
     /// touching each other while one of them can drive along a leg. A bound if the layout has
     /// zones, which may allow fewer.
     pub at_nodes: Count,
-    /// A bound for robots that stop anywhere on the roads of the main part, by the length of roads.
+    /// A bound for robots that stop anywhere on the roads of the main part without touching each
+    /// other, also on roads beside each other.
     pub anywhere: u64,
 }
 
@@ -27,7 +27,6 @@ pub struct MostUnderWay {
 pub fn most_under_way(
     network: &Network<'_>,
     conflicts: &Conflicts,
-    tracks: &Tracks,
     robot: &RobotType,
 ) -> MostUnderWay {
     let rooms = Rooms::new(network, conflicts);
@@ -42,7 +41,7 @@ pub fn most_under_way(
     if !network.graph.zones().is_empty() {
         most.certainty = Certainty::Bound;
     }
-    MostUnderWay { at_nodes: most, anywhere: anywhere(network, tracks, robot) }
+    MostUnderWay { at_nodes: most, anywhere: most_on_roads(network, robot) }
 }
 
 /// The groups of touching nodes of the main part.
@@ -113,32 +112,4 @@ impl<'a> Rooms<'a> {
         left.retain(|node| taken.binary_search(node).is_err());
         most_standing(self.conflicts, &left)
     }
-}
-
-/// Bounds the number of robots on the roads of the main part: one at each node, and as many between
-/// nodes as fit behind each other.
-fn anywhere(network: &Network<'_>, tracks: &Tracks, robot: &RobotType) -> u64 {
-    let nodes = network.main_nodes().len() as u64;
-    nodes + tracks.all.iter().map(|track| on_track(network, track, robot)).sum::<u64>()
-}
-
-fn on_track(network: &Network<'_>, track: &Track, robot: &RobotType) -> u64 {
-    let on_edges = track.edges.iter().map(|&edge| on_edge(network, edge, robot));
-    let edges = track.edges.iter().map(|&edge| network.graph.edge(EdgeIndex(edge)));
-    // Straight edges between two nodes are the same line.
-    let is_line = edges.clone().all(|edge| is_straight(&edge.path));
-    if is_line && track.kind != TrackKind::Double {
-        return on_edges.max().unwrap_or(0);
-    }
-    on_edges.sum()
-}
-
-/// Bounds the number of robots on an edge, its destination not counted. The middles of two robots
-/// that don't touch are at least a robot's smaller side apart, and on straight roads that are
-/// driven along the tangent, its length.
-fn on_edge(network: &Network<'_>, edge: u32, robot: &RobotType) -> u64 {
-    let edge = network.graph.edge(EdgeIndex(edge));
-    let is_plain = edge.orientation == Orientation::Tangential && is_straight(&edge.path);
-    let apart = if is_plain { robot.length() } else { robot.length().min(robot.width()) };
-    (edge.path.length() / apart).ceil() as u64
 }

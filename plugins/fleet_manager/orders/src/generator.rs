@@ -75,6 +75,14 @@ impl Generator {
         Some((secs, order))
     }
 
+    /// The nodes of all stops, and those at which orders end.
+    pub(super) fn stops(&self) -> (Vec<u32>, &[u32]) {
+        match &self.settings.stops {
+            Stops::One(among) => (among.clone(), among),
+            Stops::Two { from, to } => ([from.as_slice(), to].concat(), to),
+        }
+    }
+
     /// Returns the number of an order of this generator, of this run.
     pub(super) fn number_of(&self, name: &str) -> Option<u64> {
         let prefix = OrderName::generated(&self.settings.name, 0, self.run);

@@ -19,6 +19,7 @@ mod requests;
 mod sources;
 
 pub use assignment::Assignments;
+pub use sources::LoadStops;
 use sources::Source;
 pub(super) use sources::{Known, Restored};
 

@@ -1,10 +1,15 @@
 //! Orders whose stops robots can't reach: the layout has no way there, or edges are closed.
 
+use std::collections::BTreeMap;
+
 use regatta_orders::{Order, OrderId, State, Stop, Unroutable};
 
 use super::Manager;
 use crate::roads::Roads;
 use crate::steering::Steering;
+
+/// The largest number of nodes that a warning names.
+const MOST_NAMED: usize = 6;
 
 impl Manager {
     /// Tries orders again that couldn't be reached before roads were closed or opened, or before
@@ -64,6 +69,39 @@ impl Manager {
         !ways.lead(robot, goal) && ways.lead_any(goal)
     }
 
+    /// Warns of the nodes where orders of the load end and no way leads back to the part of the roads
+    /// that has most of its stops.
+    pub(super) fn warn_of_traps(&mut self) {
+        let (roads, stops) = (self.steering.roads(), self.orders.load_stops());
+        let mut of_parts: BTreeMap<u32, (usize, u32)> = BTreeMap::new();
+        for &stop in &stops.all {
+            of_parts.entry(roads.part_of(stop)).or_insert((0, stop)).0 += 1;
+        }
+        let most = of_parts.values().copied().rev().max_by_key(|(count, _)| *count);
+        let Some((_, main)) = most else { return };
+        let traps = stops.last.iter().copied();
+        let traps: Vec<u32> = traps
+            .filter(|stop| roads.can_reach(main, *stop) && !roads.can_reach(*stop, main))
+            .collect();
+        if traps.is_empty() {
+            return;
+        }
+        let places = self.orders.places();
+        let mut names: Vec<String> = traps
+            .iter()
+            .take(MOST_NAMED)
+            .map(|node| format!("`{}`", places.label(*node)))
+            .collect();
+        if let Some(more @ 1..) = traps.len().checked_sub(MOST_NAMED) {
+            names.push(format!("{more} more"));
+        }
+        self.warnings.push(format!(
+            "orders end at {}, from which no way leads back: their robots stay there",
+            names.join(", ")
+        ));
+        self.traps.extend(traps);
+    }
+
     /// Marks the waiting orders that no robot can carry out, and warns of stops from which no way
     /// leads on. An order is judged again only if robots have come to other parts of the roads.
     pub(super) fn find_impossible(&mut self, now_secs: f64) {
@@ -79,7 +117,7 @@ impl Manager {
                 impossible.push((order.id, obstacle));
             } else if let Some(node) = ways.trap(order).filter(|node| self.traps.insert(*node)) {
                 self.warnings.push(format!(
-                    "order {} ends at {}, from which no way leads on: its robot stays there",
+                    "order {} ends at {}, from which no way leads back: its robot stays there",
                     order.content.name,
                     self.orders.places().label(node)
                 ));

@@ -7,6 +7,7 @@ use glam::DVec2;
 
 use super::chains::{Chains, trace};
 use super::grid::Grid;
+use super::points::without_chain;
 use super::skeleton::{skeleton, squared_distances};
 
 /// The margin between the robot's side and the nearest cell that isn't free, in cells, in addition
@@ -32,6 +33,8 @@ pub struct Roadmap {
     /// The number of connected parts that are left out, and their length in metres.
     pub dropped: usize,
     pub dropped_length: f64,
+    /// A place in each free area that has no road, as its skeleton is a point.
+    pub points: Vec<DVec2>,
 }
 
 impl Roadmap {
@@ -48,10 +51,16 @@ impl Roadmap {
         chains.prune(robot_cells);
         chains.merge_junctions();
         chains.split_loops();
+        let points = without_chain(&cells, grid.width, &chains.chains);
+        let points = points.into_iter().map(|cell| space.centre(cell)).collect();
         let least_length = LEAST_WIDTHS * robot_cells;
         let (dropped, dropped_length) = chains.drop_short_parts(least_length);
-        let mut roadmap =
-            Self { dropped, dropped_length: dropped_length * grid.resolution, ..Self::default() };
+        let mut roadmap = Self {
+            dropped,
+            dropped_length: dropped_length * grid.resolution,
+            points,
+            ..Self::default()
+        };
         roadmap.add_roads(&chains.chains, &space);
         roadmap
     }

@@ -89,6 +89,44 @@ fn clearance(point: DVec2, grid: &Grid, reach: f64) -> f64 {
     least
 }
 
+/// A closed room of free cells around another free space.
+fn room(
+    columns: std::ops::Range<usize>,
+    rows: std::ops::Range<usize>,
+) -> impl Fn(usize, usize) -> bool {
+    move |column, row| columns.contains(&column) && rows.contains(&row)
+}
+
+fn picture(width: usize, height: usize, is_free: impl Fn(usize, usize) -> bool) -> Vec<String> {
+    let cell = |column, row| if is_free(column, row) { '.' } else { '#' };
+    (0..height).map(|row| (0..width).map(|column| cell(column, row)).collect()).collect()
+}
+
+#[test]
+fn areas_whose_skeleton_is_a_point_are_told_with_their_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let square = room(2..48, 2..48);
+    let path = write(folder.path(), 0.1, &picture(50, 50, &square), "");
+    let alone = roadmap(&path, 600).expect_err("no road").to_string();
+    assert!(alone.contains("is about as long as wide"), "{alone}");
+
+    let corridor = room(60..190, 20..30);
+    let both = |column, row| square(column, row) || corridor(column, row);
+    let path = write(folder.path(), 0.1, &picture(200, 50, both), "");
+    let (graph, findings) = roadmap(&path, 600).expect("a roadmap");
+    assert!(graph.edges().len() >= 2);
+    let told = findings
+        .as_slice()
+        .iter()
+        .any(|finding| finding.message.contains("is about as long as wide"));
+    assert!(told, "{findings:?}");
+
+    let path = write(folder.path(), 0.1, &picture(200, 50, corridor), "");
+    let (_, findings) = roadmap(&path, 600).expect("a roadmap");
+    let told = findings.as_slice().iter().any(|finding| finding.message.contains("free area"));
+    assert!(!told, "{findings:?}");
+}
+
 #[test]
 fn a_map_without_a_width_has_no_graph() {
     let error = read(&sample(), &ReadOptions::default()).expect_err("no graph").to_string();

@@ -26,8 +26,9 @@ impl Writer<'_> {
                 .to_owned(),
             robots => format!(
                 "at most {} of the main part can be under way while they stop at nodes \
-                 only{bound}; wherever they stop, no more than {} fit on its roads (a bound); \
-                 more robots need more roads",
+                 only{bound}: then one can drive on, and the others may have to wait; wherever \
+                 they stop, no more than {} fit on its roads (a bound); more robots need more \
+                 roads",
                 plural(robots as usize, "robot"),
                 most.anywhere
             ),

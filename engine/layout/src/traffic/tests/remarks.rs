@@ -67,11 +67,11 @@ fn a_robot_beside_another_road_is_in_the_way() {
 
 #[test]
 fn robots_have_sizes_within_a_range() {
-    for (length, width) in [(0.0, 0.6), (0.9, f64::NAN), (f64::INFINITY, 0.6), (0.9, 21.0)] {
+    for (length, width) in [(0.0, 0.6), (0.9, f64::NAN), (f64::INFINITY, 0.6), (0.9, 101.0)] {
         let error = RobotType::new(length, width, Turning::Never).expect_err("out of range");
-        assert!(error.to_string().contains("must be 0.01 to 20"), "{error}");
+        assert!(error.to_string().contains("must be 0.001 to 100"), "{error}");
     }
-    assert!(RobotType::new(0.01, 20.0, Turning::Never).is_ok());
+    assert!(RobotType::new(0.001, 100.0, Turning::Never).is_ok());
 }
 
 #[test]

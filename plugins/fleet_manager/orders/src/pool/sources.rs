@@ -31,6 +31,15 @@ pub(crate) struct Restored {
     pub(crate) unplaced: usize,
 }
 
+/// The nodes of the stops of a load.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LoadStops {
+    /// All of them.
+    pub all: BTreeSet<u32>,
+    /// Those at which orders end.
+    pub last: BTreeSet<u32>,
+}
+
 /// A generator, and its open orders.
 #[derive(Debug)]
 pub(super) struct Source {
@@ -104,6 +113,21 @@ impl OrderPool {
             pool.sources.push(Source { generator, open: 0, unroutable: 0 });
         }
         pool
+    }
+
+    /// The nodes where the generators and the scheduled orders have stops, and where orders end.
+    pub fn load_stops(&self) -> LoadStops {
+        let mut stops = LoadStops::default();
+        for source in &self.sources {
+            let (all, last) = source.generator.stops();
+            stops.all.extend(all);
+            stops.last.extend(last);
+        }
+        for (_, order) in &self.timetable {
+            stops.all.extend(order.stops.iter().map(|stop| stop.node));
+            stops.last.extend(order.stops.last().map(|stop| stop.node));
+        }
+        stops
     }
 
     fn likely_stops(&self) -> Vec<u32> {
