@@ -96,7 +96,9 @@ pub fn graph(places: &[(DVec2, bool)], roads: &[(usize, usize, Road)]) -> RouteG
         }
     }
     let mut edges: Vec<Edge> = Vec::new();
-    for &(from, to, road) in roads.iter().filter(|(from, to, _)| from != to) {
+    // Readers refuse roads without a length.
+    let has_length = |from: usize, to: usize| places[from].0.distance(places[to].0) > 1e-3;
+    for &(from, to, road) in roads.iter().filter(|(from, to, _)| has_length(*from, *to)) {
         for edge in edges_of(places, from, to, road) {
             edges.push(Edge { id: edges.len() as u32, ..edge });
         }
