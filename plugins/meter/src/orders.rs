@@ -395,7 +395,7 @@ mod tests {
         let mut finished = 0;
         for seed in 0..20 {
             let (mut state, mut orders) = (seed, Orders::default());
-            for tick in 0..3000 {
+            for tick in 0_u64..3000 {
                 let waiting = random(&mut state, 3) == 0;
                 for robot in (0..5).filter(|robot| robot % 2 == 0) {
                     orders.set_waiting(robot, waiting, tick.saturating_sub(1));
