@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use regatta_orders::{Places, Table, TimedDraft, read_table};
+use regatta_orders::{Places, Table, TimedDraft, check_orders, read_table};
 use regatta_scenario::{Overrides, Scenario};
 use serde_json::{Value, json};
 
@@ -59,7 +59,7 @@ impl Check {
         let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
         let mut times = Vec::new();
         for order in &table.orders {
-            problems.extend(unknown_stations(order, places));
+            problems.extend(problems_of(order, places));
             *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
             *flows.entry(ends(order)).or_default() += 1;
             times.push(order.secs);
@@ -165,6 +165,15 @@ impl Check {
             let _ = writeln!(text, "not used      {}", unused.join(", "));
         }
         text
+    }
+}
+
+/// Returns the reasons why a fleet manager refuses an order, with its line.
+fn problems_of(order: &TimedDraft, places: &Places) -> Vec<(usize, String)> {
+    let unknown = unknown_stations(order, places);
+    match check_orders(std::slice::from_ref(order), places) {
+        Err(error) if unknown.is_empty() => vec![(error.line, error.reason)],
+        _ => unknown,
     }
 }
 

@@ -44,6 +44,29 @@ fn each_row_that_cannot_be_used_is_a_line() {
     }
 }
 
+/// Times that no table of hours can hold, and what only the fleet manager refused before.
+#[test]
+fn what_no_run_takes_is_a_line_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let day = folder.path().join("day.csv");
+    let stops = "1 2 ".repeat(501);
+    let rows = format!("name,time,stops\na,0,1 2\nb,1e15,1 2\n..,1,1 2\nd,1,{stops}\n");
+    fs::write(&day, rows).expect("written");
+    let mut command = regatta();
+    command.args(["orders", "check"]).arg(day).arg("--plant").arg(graphs("square.yaml"));
+    let output = command.output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    for expected in [
+        "line 3: `time` is 1000000000000000, and must be 0 to 1000000000 seconds",
+        "line 4: ",
+        "line 5: an order has 1 to 1000 stops, and this one has 1002",
+        "orders        2, problems 3",
+    ] {
+        assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
+    }
+}
+
 #[test]
 fn json_has_all_of_it() {
     let folder = tempfile::tempdir().expect("a folder");

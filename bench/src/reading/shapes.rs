@@ -54,6 +54,7 @@ const XML_POINT: &str = "<point name=\"p#\" positionX=\"#\" positionY=\"0\" posi
     vehicleOrientationAngle=\"NaN\" type=\"HALT_POSITION\"/>\n";
 const DXF: &str = "0\nSECTION\n2\nENTITIES\n";
 const DXF_LINE: &str = "0\nLINE\n8\n0\n10\n#\n20\n0\n30\n0\n11\n#.5\n21\n1\n31\n0\n";
+const DXF_LAYER: &str = "0\nLINE\n8\nL#\n10\n#\n20\n0\n30\n0\n11\n#.5\n21\n1\n31\n0\n";
 const DXF_END: &str = "0\nENDSEC\n0\nEOF\n";
 const SCENARIO: &str = "graph: plant.yaml\nrobots:\n";
 
@@ -68,7 +69,7 @@ const fn shape(
 }
 
 /// The contents that are measured.
-pub const SHAPES: [Shape; 33] = [
+pub const SHAPES: [Shape; 34] = [
     shape(
         "regatta",
         "nodes",
@@ -139,6 +140,7 @@ pub const SHAPES: [Shape; 33] = [
     shape("csv", "nodes", "csv", ["id,x,y\n", "#,#,0\n", ""]),
     shape("csv", "columns", "csv", ["id,x,y", ",k#", "\n1,0,0\n"]),
     shape("dxf", "lines", "dxf", [DXF, DXF_LINE, DXF_END]),
+    shape("dxf", "lines, each on a layer of its own", "dxf", [DXF, DXF_LAYER, DXF_END]),
     shape("dxf", "unknown entities", "dxf", [DXF, "0\nK#\n8\n0\n", DXF_END]),
     shape("moving-ai", "rows", "map", ["type octile\nheight 9\nwidth 9\nmap\n", ".........\n", ""]),
 ];

@@ -347,9 +347,16 @@ fn check_name(name: &str) -> Result<(), String> {
     }
 }
 
-/// Checks the names of plugins, that they come after plugins of the scenario, and that their order
-/// has no cycle.
+/// The most plugins of a scenario, which are compared with each other. A fleet has less room.
+const MOST_PLUGINS: usize = 100;
+
+/// Checks the number and the names of plugins, that they come after plugins of the scenario, and
+/// that their order has no cycle.
 fn check_plugins(plugins: &[PluginCommand]) -> Result<(), String> {
+    let counts = plugins.iter().map(|plugin| plugin.after.len());
+    if counts.chain([plugins.len()]).any(|count| count > MOST_PLUGINS) {
+        return Err(format!("more than {MOST_PLUGINS} names of plugins: remove some"));
+    }
     for (number, plugin) in (1..).zip(plugins) {
         check_name(&plugin.name).map_err(|message| format!("entry {number}: {message}"))?;
     }

@@ -315,6 +315,17 @@ fn plugins_come_after_plugins_of_the_scenario_without_a_cycle() {
     }
 }
 
+/// Comparing each with all others would take minutes.
+#[test]
+fn more_plugins_than_a_fleet_has_room_for_are_refused() {
+    let after = format!("[hello, {{name: a, after: [{}]}}]", "hello, ".repeat(101));
+    for list in [format!("[{}]", "hello, ".repeat(101)), after] {
+        let text = format!("robots: [{{node: 1}}]\nplugins: {list}\n");
+        let error = read(&text).expect_err("too many").to_string();
+        assert!(error.contains("more than 100 names of plugins: remove some"), "{error}");
+    }
+}
+
 /// Nodes and edges with names: two nodes are called `gate`, one `20`, and one has an alias.
 const NAMED: &str = "
 Vertices:

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use rumqttc::{AsyncClient, Event, EventLoop, LastWill, MqttOptions, Outgoing, Packet};
 use rumqttc::{PublishOptions, QoS};
 use tokio::runtime::{Builder, Handle};
-use tokio::sync::oneshot;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 
 /// The port of brokers.
 const PORT: u16 = 1883;
@@ -30,8 +30,9 @@ const STAGGER: Duration = Duration::from_micros(200);
 const MOST_BYTES: usize = 16 << 20;
 /// Messages that a connection may have to send.
 const OUTGOING: usize = 256;
-/// Messages that may wait to be taken; more are left out.
+/// Messages that may wait to be taken, and their bytes; more are left out.
 const INCOMING: usize = 65_536;
+const INCOMING_BYTES: usize = 256 << 20;
 /// The time that the last messages may take.
 const FAREWELL: Duration = Duration::from_secs(3);
 
@@ -199,12 +200,17 @@ pub struct Broker {
     password: Option<String>,
     runtime: Handle,
     links: Vec<Link>,
-    sender: SyncSender<Incoming>,
-    receiver: Receiver<Incoming>,
+    /// The bytes that may wait.
+    room: Arc<Semaphore>,
+    sender: SyncSender<Waiting>,
+    receiver: Receiver<Waiting>,
     live: Arc<AtomicUsize>,
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
+
+/// News that wait, with the part of the room for them.
+type Waiting = (Incoming, OwnedSemaphorePermit);
 
 /// A connection.
 #[derive(Debug)]
@@ -232,6 +238,7 @@ impl Broker {
             password,
             runtime: handle,
             links: Vec::new(),
+            room: Arc::new(Semaphore::new(INCOMING_BYTES)),
             sender,
             receiver,
             live: Arc::default(),
@@ -253,6 +260,7 @@ impl Broker {
             events,
             is_up,
             topics: session.topics.clone(),
+            room: Arc::clone(&self.room),
             sender: self.sender.clone(),
         };
         let live = Arc::clone(&self.live);
@@ -295,7 +303,8 @@ impl Broker {
 
     /// Takes what has come next.
     pub fn take(&self) -> Option<Incoming> {
-        self.receiver.try_recv().ok()
+        let (incoming, _) = self.receiver.try_recv().ok()?;
+        Some(incoming)
     }
 
     /// Ends a connection after what was published on it.
@@ -328,7 +337,8 @@ struct Task {
     events: EventLoop,
     is_up: Arc<AtomicBool>,
     topics: Vec<String>,
-    sender: SyncSender<Incoming>,
+    room: Arc<Semaphore>,
+    sender: SyncSender<Waiting>,
 }
 
 impl Task {
@@ -362,7 +372,14 @@ impl Task {
 
     /// Hands over what has come. What can't wait any longer is left out.
     fn tell(&self, incoming: Incoming) {
-        let _ = self.sender.try_send(incoming);
+        let bytes = match &incoming {
+            Incoming::Message { topic, payload } => topic.len() + payload.len(),
+            Incoming::Connected { .. } | Incoming::Lost { .. } => 0,
+        };
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
+        if let Ok(share) = Arc::clone(&self.room).try_acquire_many_owned(bytes) {
+            let _ = self.sender.try_send((incoming, share));
+        }
     }
 }
 

@@ -2,37 +2,34 @@
 //!
 //! It knows what VDA 5050 needs: topics with wildcards, messages that are kept, last wills, user
 //! and password, quality of service 0 and 1 (2 counts as 1). It keeps no sessions: a client that
-//! comes back subscribes again. A client that reads too slowly misses messages.
+//! comes back subscribes again. A client that reads too slowly misses messages, and one that reads
+//! nothing is cut off.
+//!
+//! Clients can't exhaust its memory: messages that wait or are kept have a budget, few clients may
+//! send a large message at the same time, and one that hasn't said who it is has little room and
+//! time.
 
 mod hub;
+mod peer;
+mod stream;
 
+use std::collections::VecDeque;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bytes::BytesMut;
 use parking_lot::Mutex;
-use rumqttc::mqttbytes::Error as PacketError;
-use rumqttc::{
-    ConnAck, Connect, ConnectAuth, ConnectReturnCode, LastWill, Packet, PubAck, PubComp, PubRec,
-    Publish, QoS, SubAck, Subscribe, SubscribeReasonCode, UnsubAck, valid_filter,
-};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::mpsc::{Receiver, channel};
+use rumqttc::{Connect, ConnectAuth};
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+use tokio::task::AbortHandle;
 
-use hub::{Hub, lower};
+use hub::Hub;
+use peer::Peer;
+use stream::{MOST_LARGE, Stream};
 
-/// The largest message, in bytes.
-const MOST_BYTES: usize = 16 << 20;
-/// Messages that may wait for a client.
-const QUEUE: usize = 4096;
-/// The most connections.
-const MOST_CLIENTS: usize = 50_000;
-/// The time in which a client has to say who it is.
-const GREETING: Duration = Duration::from_secs(10);
-/// The silence of a client that wants no limit.
-const ENDLESS: Duration = Duration::from_secs(365 * 24 * 3600);
+/// The most clients that haven't said who they are.
+const MOST_STRANGERS: usize = 512;
 /// The pause after an error of the listener, such as too many open files.
 const ERROR_PAUSE: Duration = Duration::from_millis(100);
 
@@ -89,150 +86,41 @@ impl Server {
 
 async fn serve(listener: TcpListener, access: Arc<Access>) {
     let hub = Arc::new(Mutex::new(Hub::default()));
+    let large = Arc::new(Semaphore::new(MOST_LARGE));
+    let mut strangers = Strangers::default();
     loop {
         let Ok((stream, _)) = listener.accept().await else {
+            strangers.close_oldest();
             tokio::time::sleep(ERROR_PAUSE).await;
             continue;
         };
-        if hub.lock().len() < MOST_CLIENTS {
-            let peer = Peer { stream, input: BytesMut::new(), hub: Arc::clone(&hub) };
-            tokio::spawn(peer.serve(Arc::clone(&access)));
-        }
+        let peer = Peer::new(Stream::new(stream, Arc::clone(&large)), Arc::clone(&hub));
+        strangers.add(tokio::spawn(peer.serve(Arc::clone(&access))).abort_handle());
     }
 }
 
-/// The end of a connection.
-enum End {
-    /// The client has said so.
-    Farewell,
-    /// It is gone, or sends what it may not.
-    Broken,
-}
+/// The clients that haven't said who they are, from the oldest on. The oldest makes room for others.
+#[derive(Default)]
+struct Strangers(VecDeque<AbortHandle>);
 
-/// A client.
-struct Peer {
-    stream: TcpStream,
-    input: BytesMut,
-    hub: Arc<Mutex<Hub>>,
-}
-
-impl Peer {
-    async fn serve(mut self, access: Arc<Access>) {
-        let greeting = tokio::time::timeout(GREETING, self.read()).await;
-        let Ok(Some(Packet::Connect(connect))) = greeting else { return };
-        if !access.admits(&connect) {
-            let code = ConnectReturnCode::BadUserNamePassword;
-            // The connection ends in any case.
-            let _ = self.write(Packet::ConnAck(ConnAck::new(code, false))).await;
-            return;
+impl Strangers {
+    fn add(&mut self, stranger: AbortHandle) {
+        self.forget_finished();
+        if self.0.len() >= MOST_STRANGERS {
+            self.close_oldest();
         }
-        let (sender, messages) = channel(QUEUE);
-        let will = connect.last_will.clone().map(publish_of);
-        let number = self.hub.lock().join(&connect.client_id, will, sender);
-        let end = self.talk(number, messages, &connect).await;
-        let mut hub = self.hub.lock();
-        if let (Some(will), End::Broken) = (hub.leave(number), end) {
-            hub.publish(will);
+        self.0.push_back(stranger);
+    }
+
+    fn close_oldest(&mut self) {
+        self.forget_finished();
+        if let Some(oldest) = self.0.pop_front() {
+            oldest.abort();
         }
     }
 
-    /// Passes messages on, in both directions.
-    async fn talk(&mut self, number: u64, mut messages: Receiver<Publish>, it: &Connect) -> End {
-        let silence = match it.keep_alive {
-            0 => ENDLESS,
-            seconds => Duration::from_secs(u64::from(seconds)).mul_f32(1.5),
-        };
-        let welcome = ConnAck::new(ConnectReturnCode::Success, false);
-        if self.write(Packet::ConnAck(welcome)).await.is_none() {
-            return End::Broken;
-        }
-        loop {
-            let next = tokio::select! {
-                packet = tokio::time::timeout(silence, self.read()) => {
-                    let Ok(Some(packet)) = packet else { return End::Broken };
-                    if packet == Packet::Disconnect {
-                        return End::Farewell;
-                    }
-                    self.answer(number, packet)
-                }
-                message = messages.recv() => match message {
-                    Some(message) => Ok(Some(Packet::Publish(message))),
-                    // Another client with the same name has taken its place.
-                    None => return End::Broken,
-                },
-            };
-            let written = match next {
-                Ok(Some(packet)) => self.write(packet).await,
-                Ok(None) => Some(()),
-                Err(()) => None,
-            };
-            if written.is_none() {
-                return End::Broken;
-            }
-        }
-    }
-
-    /// Returns the answer to a packet, if there is one; an error for one that may not be sent.
-    fn answer(&self, number: u64, packet: Packet) -> Result<Option<Packet>, ()> {
-        Ok(match packet {
-            Packet::Publish(message) => self.pass_on(message),
-            Packet::PubRel(release) => Some(Packet::PubComp(PubComp::new(release.pkid))),
-            Packet::Subscribe(subscribe) => Some(self.subscribe(number, subscribe)),
-            Packet::Unsubscribe(it) => {
-                self.hub.lock().unsubscribe(number, &it.topics);
-                Some(Packet::UnsubAck(UnsubAck::new(it.pkid)))
-            }
-            Packet::PingReq => Some(Packet::PingResp),
-            Packet::PubAck(_) | Packet::PubRec(_) | Packet::PubComp(_) => None,
-            _ => return Err(()),
-        })
-    }
-
-    fn pass_on(&self, message: Publish) -> Option<Packet> {
-        let (number, quality) = (message.pkid, message.qos);
-        self.hub.lock().publish(message);
-        match quality {
-            QoS::AtMostOnce => None,
-            QoS::AtLeastOnce => Some(Packet::PubAck(PubAck::new(number))),
-            QoS::ExactlyOnce => Some(Packet::PubRec(PubRec::new(number))),
-        }
-    }
-
-    fn subscribe(&self, number: u64, subscribe: Subscribe) -> Packet {
-        let mut hub = self.hub.lock();
-        let codes = subscribe.filters.into_iter().map(|filter| {
-            if !valid_filter(&filter.path) {
-                return SubscribeReasonCode::Failure;
-            }
-            let quality = lower(filter.qos, QoS::AtLeastOnce);
-            match hub.subscribe(number, filter.path, quality) {
-                true => SubscribeReasonCode::Success(quality),
-                false => SubscribeReasonCode::Failure,
-            }
-        });
-        let codes = codes.collect();
-        Packet::SubAck(SubAck::new(subscribe.pkid, codes))
-    }
-
-    /// Reads a packet; `None` at the end of the connection, and for what is no packet.
-    async fn read(&mut self) -> Option<Packet> {
-        loop {
-            match Packet::read(&mut self.input, MOST_BYTES) {
-                Ok(packet) => return Some(packet),
-                Err(PacketError::InsufficientBytes(_)) => {}
-                Err(_) => return None,
-            }
-            match self.stream.read_buf(&mut self.input).await {
-                Ok(0) | Err(_) => return None,
-                Ok(_) => {}
-            }
-        }
-    }
-
-    async fn write(&mut self, packet: Packet) -> Option<()> {
-        let mut output = BytesMut::new();
-        packet.write(&mut output, MOST_BYTES).ok()?;
-        self.stream.write_all(&output).await.ok()
+    fn forget_finished(&mut self) {
+        self.0.retain(|stranger| !stranger.is_finished());
     }
 }
 
@@ -248,12 +136,6 @@ impl Access {
             _ => false,
         }
     }
-}
-
-fn publish_of(will: LastWill) -> Publish {
-    let mut publish = Publish::new(will.topic, will.qos, will.message.to_vec());
-    publish.retain = will.retain;
-    publish
 }
 
 /// Compares in a time that depends on the lengths alone.

@@ -192,7 +192,8 @@ impl StopDraft {
     }
 }
 
-fn secs(field: &'static str, value: f64) -> Result<f64, DraftError> {
+/// Checks a time in seconds.
+pub(crate) fn secs(field: &'static str, value: f64) -> Result<f64, DraftError> {
     // The sum with 0 turns -0 into 0.
     if (0.0..=MAX_SECS).contains(&value) {
         Ok(value + 0.0)

@@ -23,7 +23,7 @@ use regatta_base::yaml::{self, Node};
 pub use table::Table;
 
 use self::table::text_of as decoded;
-use super::draft::{Label, OrderDraft, StopDraft};
+use super::draft::{Label, OrderDraft, StopDraft, secs};
 use super::order::{Action, UnknownAction};
 
 /// An order of a file.
@@ -161,7 +161,7 @@ fn yaml_order(order: &Node) -> Result<TimedDraft, yaml::Error> {
             .optional("robot", Node::text)?
             .map(|name| Label::Name(name.into_owned())),
     };
-    let secs = fields.optional("time", Node::non_negative)?.unwrap_or(0.0);
+    let secs = fields.optional("time", yaml_secs)?.unwrap_or(0.0);
     Ok(TimedDraft { line: order.line, secs, draft })
 }
 
@@ -178,6 +178,10 @@ fn yaml_stop(stop: &Node) -> Result<StopDraft, yaml::Error> {
         operation: fields.optional("action", yaml_action)?.unwrap_or_default(),
         dwell: fields.optional("dwell", Node::non_negative)?.unwrap_or(0.0),
     })
+}
+
+fn yaml_secs(value: &Node) -> Result<f64, yaml::Error> {
+    secs("time", value.non_negative()?).map_err(|error| value.error(error.to_string()))
 }
 
 fn yaml_action(value: &Node) -> Result<Action, yaml::Error> {
@@ -243,6 +247,7 @@ mod tests {
             ("- name: x", "line 1: `stops` is missing"),
             ("- stops: [A]\n  priority: 256", "line 2: expected an integer"),
             ("- stops: [A]\n  time: -1", "line 2: -1 is below 0"),
+            ("- stops: [A]\n  time: 1e300", "line 2: `time` is 1"),
             ("- stops: [{at: A, action: lift}]", "unknown action `lift`"),
             ("a: [", "line"),
         ] {
@@ -257,6 +262,8 @@ mod tests {
             ("stops\nA:lift\n", "unknown action `lift`"),
             ("stops,Stops\nA,A\n", "the columns `stops` and `Stops` may both be the stops"),
             ("stops,priority\nA,300\n", "`300` isn't a priority"),
+            ("stops,priority\nA,\"1\n2\"\n", "`1\\n2` isn't a priority"),
+            ("stops,time\nA,0\nA,1e300\n", "line 3: `time` is 1"),
         ] {
             let error = parse_csv(text).expect_err(text).to_string();
             assert!(error.contains(message), "{text}: {error}");

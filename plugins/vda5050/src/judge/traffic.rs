@@ -152,8 +152,7 @@ impl Braces {
 
 fn append(payload: &mut Vec<u8>, line: &[u8]) {
     let room = MOST_BYTES.saturating_sub(payload.len());
-    payload.push(b'\n');
-    payload.extend_from_slice(&line[..line.len().min(room)]);
+    payload.extend(b"\n".iter().chain(line).take(room));
 }
 
 /// Reads a line that begins a message.

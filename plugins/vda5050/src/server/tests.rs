@@ -101,3 +101,32 @@ fn what_is_no_client_is_dropped_and_disturbs_nobody() {
     assert!(matches!(next(&broker), Incoming::Connected { .. }));
     broker.end();
 }
+
+/// A connection packet of 15 MB, of which a part comes.
+#[test]
+fn who_has_not_said_its_name_has_little_room() {
+    let server = server(Access::Anonymous);
+    let mut stream = TcpStream::connect(server.address()).expect("connected");
+    let start = Instant::now();
+    stream.write_all(&[0x10, 0xc0, 0xc3, 0x93, 0x07, 0, 4, b'M', b'Q']).expect("sent");
+    stream.set_read_timeout(Some(Duration::from_secs(9))).expect("a timeout");
+    let end = stream.read(&mut [0]);
+    assert!(matches!(end, Ok(0)) && start.elapsed() < Duration::from_secs(8), "{end:?}");
+}
+
+#[tokio::test]
+async fn the_oldest_stranger_makes_room() {
+    let mut strangers = Strangers::default();
+    let (first, second) = (tokio::spawn(std::future::pending::<()>()), tokio::spawn(async {}));
+    strangers.add(first.abort_handle());
+    strangers.add(second.abort_handle());
+    second.await.expect("ended");
+    for _ in 0..MOST_STRANGERS - 1 {
+        strangers.add(tokio::spawn(std::future::pending::<()>()).abort_handle());
+    }
+    tokio::task::yield_now().await;
+    assert!(!first.is_finished(), "there was room");
+    strangers.add(tokio::spawn(std::future::pending::<()>()).abort_handle());
+    assert!(first.await.expect_err("no end of its own").is_cancelled());
+    assert_eq!(strangers.0.len(), MOST_STRANGERS);
+}

@@ -82,7 +82,7 @@ impl<'a> Expander<'a> {
             self.ignored.add(place.at, "entity in paper space or invisible");
             return;
         }
-        let own = entity.common.layer.as_str();
+        let own = layer(entity);
         let layer = place.layer.filter(|_| own == "0").unwrap_or(own);
         let scale = scale(&place.to_metres);
         let curves = match &entity.specific {
@@ -235,6 +235,14 @@ impl<'a> Expander<'a> {
                 return;
             }
         }
+    }
+}
+
+/// Returns the layer of an entity, which the scan writes as the name of its colour.
+fn layer(entity: &Entity) -> &str {
+    match entity.common.color_name.as_str() {
+        "" => "0",
+        name => name,
     }
 }
 

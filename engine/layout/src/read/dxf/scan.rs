@@ -17,10 +17,16 @@ const MAX_ENTITIES: usize = 500_000;
 /// copy of the name.
 const MAX_NAME: usize = 255;
 
+/// The groups with the layer of an entity: in a file, and in the text for the crate `dxf`. It looks
+/// each layer up among all layers before, which takes a time that grows with the square of their
+/// number. The name of a colour is only kept.
+const LAYER: i32 = 8;
+const COLOUR_NAME: i32 = 430;
+
 /// The content of a file that the reader uses.
 #[derive(Debug, Default)]
 pub struct Scan {
-    /// A DXF file of the blocks and entities that are used.
+    /// A DXF file of the blocks and entities that are used. Their layers are names of colours.
     pub text: String,
     /// The byte offset of each entity outside blocks.
     pub offsets: Vec<u32>,
@@ -240,7 +246,8 @@ impl<'a, 'text> Scanner<'a, 'text> {
                 None => return self.wrong(pair, "a number"),
             },
         };
-        let _infallible = writeln!(self.output(), "{code}\n{copy}");
+        let copied_code = if code == LAYER { COLOUR_NAME } else { code };
+        let _infallible = writeln!(self.output(), "{copied_code}\n{copy}");
         // The crate `dxf` drops points of splines without a height.
         if self.kind == "SPLINE" && (code == 20 || code == 21) {
             let _infallible = writeln!(self.output(), "{}\n0", code + 10);
@@ -306,7 +313,7 @@ const USED: [&str; 9] =
 fn used(kind: &str, code: i32) -> Option<Value> {
     match code {
         2 => (kind == "BLOCK" || kind == "INSERT").then_some(Value::Text),
-        8 => Some(Value::Text),
+        LAYER => Some(Value::Text),
         30 | 31 if kind == "SPLINE" => None,
         10 | 11 | 20 | 21 | 30 | 31 | 40..=45 | 50 | 51 | 210 | 220 | 230 => Some(Value::Real),
         60 | 67 if kind != "BLOCK" => Some(Value::Whole),
@@ -314,7 +321,7 @@ fn used(kind: &str, code: i32) -> Option<Value> {
         71 if ["SPLINE", "INSERT"].contains(&kind) => Some(Value::Whole),
         _ => None,
     }
-    .filter(|_| kind != "BLOCK" || [2, 8, 10, 20].contains(&code))
+    .filter(|_| kind != "BLOCK" || [2, 10, 20].contains(&code))
 }
 
 /// Returns a text with escapes for letters beyond ASCII, because the crate `dxf` assumes the

@@ -40,6 +40,19 @@ fn line(from: [f64; 2], to: [f64; 2], layer: &str) -> String {
     format!("0 LINE 8 {layer} 10 {} 20 {} 11 {} 21 {}", from[0], from[1], to[0], to[1])
 }
 
+/// With time that grows with the square of the layers, this takes minutes.
+#[test]
+fn many_layers_take_linear_time() {
+    let count = 100_000;
+    let entities: Vec<String> =
+        (0..count).map(|number| line([0.0, 0.0], [4.0, 0.0], &format!("L{number}"))).collect();
+    let entities: Vec<&str> = entities.iter().map(String::as_str).collect();
+    let (graph, messages) = graph(&drawing(&entities), &metres(&["l7"]));
+    let layers = graph.edges().iter().map(|edge| &edge.tags.as_ref().expect("tags").properties);
+    assert!(layers.clone().all(|layer| layer["layer"].as_ref() == "L7"), "{messages}");
+    assert_eq!(layers.count(), 2, "{messages}");
+}
+
 fn metres(layers: &[&str]) -> ReadOptions {
     ReadOptions {
         layers: layers.iter().map(ToString::to_string).collect(),

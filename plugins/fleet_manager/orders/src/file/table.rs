@@ -10,13 +10,17 @@ use regatta_base::yaml;
 use super::clock::{self, FileTime};
 use super::columns::{Columns, Meaning};
 use super::{TimedDraft, csv_stop};
-use crate::draft::{Label, OrderDraft, StopDraft};
+use crate::draft::{DraftError, Label, MAX_STOPS, OrderDraft, StopDraft, secs};
 use crate::order::Action;
 
 /// The separators of columns.
 const SEPARATORS: [u8; 4] = *b",;\t|";
 /// Times of day and dates begin at a full hour.
 const HOUR_SECS: f64 = 3600.0;
+/// The most columns, rows, and stops of all rows: each takes up to 700 times its bytes in memory.
+const MOST_COLUMNS: usize = 1_000;
+const MOST_ROWS: usize = 1_000_000;
+const MOST_STOPS: usize = 3_000_000;
 
 /// A table of orders as far as it can be read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,7 +58,7 @@ impl Table {
     /// Reads a text of CSV.
     ///
     /// # Errors
-    /// [`yaml::Error`] if the header is missing or can't be understood.
+    /// [`yaml::Error`] if the header is missing or can't be understood, or there is too much to read.
     pub fn parse(text: &str) -> Result<Self, yaml::Error> {
         // The reader counts lines by their feeds, and one too few after each pair of both.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
@@ -65,14 +69,21 @@ impl Table {
             .flexible(true)
             .from_reader(text.as_bytes());
         let header = reader.headers().map_err(csv_error)?;
+        check_count(1, header.len(), MOST_COLUMNS, "columns: remove some")?;
         let columns = Columns::of(header).map_err(|reason| yaml::Error { line: 1, reason })?;
         let (mut rows, mut table) = (Vec::new(), Self { columns, ..Self::default() });
-        for record in reader.records() {
-            let row = record.map_err(csv_error).and_then(|record| table.row(&record));
-            match row {
-                Ok(row) => rows.extend(row),
+        let mut stops = 0;
+        for (record, count) in reader.records().zip(1..) {
+            match record.map_err(csv_error).and_then(|record| table.row(&record)) {
+                Ok(Some(row)) => {
+                    stops += row.draft.destinations.len();
+                    check_count(row.line, stops, MOST_STOPS, "stops: split the file")?;
+                    rows.push(row);
+                }
+                Ok(None) => {}
                 Err(problem) => table.problems.push(problem),
             }
+            check_count(count + 1, count, MOST_ROWS, "rows: split the file")?;
         }
         table.set_times(rows);
         table.find_repeated_names();
@@ -108,7 +119,8 @@ impl Table {
         }
         let priority = match self.columns.cell(record, Meaning::Priority) {
             Some(text) => {
-                text.parse().map_err(|_| format!("`{text}` isn't a priority from 0 to 255"))?
+                let reason = || format!("`{}` isn't a priority from 0 to 255", text.escape_debug());
+                text.parse().map_err(|_| reason())?
             }
             None => 0,
         };
@@ -131,7 +143,10 @@ impl Table {
 
     fn stops(&self, record: &StringRecord) -> Result<Vec<StopDraft>, String> {
         if let Some(stops) = self.columns.cell(record, Meaning::Stops) {
-            return stops.split_whitespace().map(csv_stop).collect();
+            return match stops.split_whitespace().count() {
+                0..=MAX_STOPS => stops.split_whitespace().map(csv_stop).collect(),
+                count => Err(DraftError::Stops(count).to_string()),
+            };
         }
         let ends = [(Meaning::From, Action::Pick), (Meaning::To, Action::Drop)];
         let stops = ends.map(|(meaning, operation)| match self.columns.cell(record, meaning) {
@@ -227,23 +242,23 @@ impl Form {
 
     /// Returns the order of a row.
     fn timed(self, row: Row) -> Result<TimedDraft, String> {
-        let secs = self.secs_of(Meaning::Time, row.time)?;
-        match (secs, self.first) {
+        let created = self.secs_of(Meaning::Time, row.time)?;
+        match (created, self.first) {
             // Orders without a time come at the beginning, where times are those of the simulation.
             (Some(_), _) | (None, None | Some((_, FileTime::Secs(_)))) => {}
             (None, Some((line, _))) => {
                 return Err(format!("the time is missing, which line {line} has"));
             }
         }
-        let secs = secs.unwrap_or(0.0);
+        let created = secs("time", created.unwrap_or(0.0)).map_err(|error| error.to_string())?;
         let earliest = self.secs_of(Meaning::Earliest, row.earliest)?;
         let deadline = self.secs_of(Meaning::Deadline, row.deadline)?;
-        if deadline.is_some_and(|deadline| deadline < secs) {
+        if deadline.is_some_and(|deadline| deadline < created) {
             return Err("the deadline is before the time of creation".to_owned());
         }
         let earliest_start = earliest.map(|secs| secs.max(0.0));
         let draft = OrderDraft { earliest_start, deadline, ..row.draft };
-        Ok(TimedDraft { line: row.line, secs, draft })
+        Ok(TimedDraft { line: row.line, secs: created, draft })
     }
 }
 
@@ -262,6 +277,14 @@ fn separator(text: &str) -> u8 {
         .rev()
         .max_by_key(|separator| header.iter().filter(|byte| *byte == separator).count());
     counted.unwrap_or(b',')
+}
+
+/// Checks that there are no more things than can be read.
+fn check_count(line: usize, count: usize, most: usize, things: &str) -> Result<(), yaml::Error> {
+    if count <= most {
+        return Ok(());
+    }
+    Err(yaml::Error { line, reason: format!("more than {most} {things}") })
 }
 
 fn csv_error(error: csv::Error) -> yaml::Error {
@@ -303,6 +326,21 @@ mod tests {
         ] {
             let table = table(text);
             assert_eq!((rows(&table), &table.problems), (expected.clone(), &Vec::new()), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_table_that_would_fill_the_memory_is_refused() {
+        let columns = ",a".repeat(MOST_COLUMNS);
+        let rows = "A\n".repeat(MOST_ROWS + 1);
+        let stops = format!("{}\n", "A ".repeat(MAX_STOPS)).repeat(MOST_STOPS / MAX_STOPS + 1);
+        for (text, reason) in [
+            (format!("stops{columns}\n"), "line 1: more than 1000 columns"),
+            (format!("stops\n{rows}"), "line 1000002: more than 1000000 rows"),
+            (format!("stops\n{stops}"), "line 3002: more than 3000000 stops"),
+        ] {
+            let error = Table::parse(&text).expect_err(reason).to_string();
+            assert!(error.starts_with(reason), "{error}");
         }
     }
 

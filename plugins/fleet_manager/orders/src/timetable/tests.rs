@@ -94,8 +94,12 @@ fn what_is_wrong_is_told() {
 }
 
 #[test]
-fn a_time_beyond_all_bounds_is_no_panic() {
-    let text = "load: {timetable: \"time,stops\\n1e300,A B\\n\", resample: 60}";
-    let load = Load::parse(text, &places()).expect("a load");
-    assert_eq!(load.timetables[0].orders(1).len(), 1);
+fn a_time_beyond_all_bounds_is_refused() {
+    let load = |secs: &str| {
+        let text = format!("load: {{timetable: \"time,stops\\n{secs},A B\\n\", resample: 60}}");
+        Load::parse(&text, &places())
+    };
+    assert_eq!(load("1e9").expect("a load").timetables[0].orders(1).len(), 1);
+    let error = load("1e300").expect_err("too late").to_string();
+    assert!(error.contains("line 2: `time` is 1"), "{error}");
 }
