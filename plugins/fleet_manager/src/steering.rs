@@ -62,6 +62,9 @@ impl Command {
     }
 }
 
+/// The metres to the end of its base, or of an edge, within which a robot counts as being there.
+const AT_REST: f32 = 2e-3;
+
 /// The settings of steering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -221,9 +224,9 @@ impl Steering {
         let Some(state) = self.robot(robot) else { return false };
         let Some(end) = self.claims.end(robot) else { return false };
         let is_at_end =
-            state.speed == 0.0 && self.traffic().left(robot) < 2e-3 && state.horizon.is_empty();
+            state.speed == 0.0 && self.traffic().left(robot) < AT_REST && state.horizon.is_empty();
         let at_node = end.leg.is_some_and(|leg| {
-            self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 2e-3
+            self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - AT_REST
         });
         is_at_end && at_node && !state.needs_route()
     }
@@ -242,6 +245,7 @@ impl Steering {
         self.now = now;
         self.commands.clear();
         self.cancel_adopted();
+        self.cancel_remains();
         if self.is_ready() {
             self.settle_evicted();
             if now >= self.next_check {
@@ -255,6 +259,18 @@ impl Steering {
             }
         }
         &self.commands
+    }
+
+    /// Cancels what is left of the routes of robots without a goal that stand at the end of their
+    /// bases. They would wait for a release that never comes, and chargers charge idle robots only.
+    fn cancel_remains(&mut self) {
+        for robot in 0..self.robots.len() as u32 {
+            let Some(state) = self.robot(robot) else { continue };
+            let is_left = state.awaits_release && state.goal().is_none() && !state.is_adopted();
+            if is_left && state.speed == 0.0 && self.traffic().left(robot) < AT_REST {
+                self.commands.push(Command::Cancel { robot });
+            }
+        }
     }
 
     /// Lets the planner plan, and takes its plans over.
