@@ -60,10 +60,16 @@ pub struct Relief {
 }
 
 /// Returns the places that robots wait for the most. `edges` are the figures of runs of `secs`
-/// simulated seconds.
-pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<Bottleneck> {
+/// simulated seconds, in which `waiting_robots` robots waited on average, for a place or for none.
+pub fn bottlenecks(
+    variant: &Variant,
+    edges: &[EdgeOutcome],
+    waiting_robots: f64,
+    secs: u64,
+) -> Vec<Bottleneck> {
     let graph = &variant.graph;
-    let total: f64 = edges.iter().map(|edge| edge.caused_secs).sum();
+    let for_places: f64 = edges.iter().map(|edge| edge.caused_secs).sum();
+    let total = for_places.max(waiting_robots * secs as f64);
     let mut by_node: BTreeMap<NodeIndex, Vec<EdgeOutcome>> = BTreeMap::new();
     for edge in edges.iter().filter(|edge| edge.caused_secs > 0.0) {
         if let Some(index) = graph.edge_by_id(edge.edge) {

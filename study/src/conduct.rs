@@ -108,7 +108,7 @@ impl<'a> Conductor<'a> {
             let ids = self.ids(&experiments[0], point);
             edges = self.store.edges(&ids);
             time = TimeAnswer::new(&plan.variants[0].graph, &self.store.outcomes(&ids));
-            found = bottlenecks(&plan.variants[0], &edges, plan.time.secs);
+            found = bottlenecks(&plan.variants[0], &edges, waiting_robots(point), plan.time.secs);
             self.relieve(&experiments[0], &mut found, robots, seeds)?;
         }
         let mut places = Vec::new();
@@ -136,7 +136,8 @@ impl<'a> Conductor<'a> {
             return None;
         }
         let edges = self.store.edges(&self.ids(experiment, point));
-        let found = bottlenecks(experiment.variant, &edges, self.plan.time.secs);
+        let waiting = waiting_robots(point);
+        let found = bottlenecks(experiment.variant, &edges, waiting, self.plan.time.secs);
         Some(found.first()?.place())
     }
 
@@ -321,6 +322,12 @@ fn runs(experiments: Range<usize>, robots: u32, seeds: u64) -> Vec<Wanted> {
         runs.extend((1..=seeds).map(|seed| Wanted { experiment, run: (robots, seed) }));
     }
     runs
+}
+
+/// Returns the mean number of robots that wait at a point.
+fn waiting_robots(point: &Point) -> f64 {
+    let share = point.interval(|run| Some(run.waiting)).map_or(0.0, |waiting| waiting.mean);
+    share * f64::from(point.robots)
 }
 
 fn describe(variant: &Variant, (robots, seed): Run) -> String {

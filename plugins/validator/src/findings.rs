@@ -129,7 +129,7 @@ pub struct Finding {
     pub value: Option<f64>,
     /// The allowed value, in the same unit.
     pub limit: Option<f64>,
-    /// Its duration in seconds (contacts, standstills and livelocks only).
+    /// Its duration in seconds (contacts, and robots that made no progress, only).
     pub duration_secs: Option<f64>,
     /// An explanation, if the kind alone isn't enough.
     pub note: Cow<'static, str>,
@@ -181,6 +181,14 @@ impl Findings {
             && let Some(newest) = examples.last_mut()
         {
             newest.duration_secs = Some(duration_secs);
+        }
+    }
+
+    /// Sets the duration of the newest finding of a kind about a robot, if it is an example.
+    pub fn set_duration_of(&mut self, kind: Kind, robot: u32, duration_secs: f64) {
+        let mut newest_first = self.examples[kind as usize].iter_mut().rev();
+        if let Some(found) = newest_first.find(|found| found.robots == [robot]) {
+            found.duration_secs = Some(duration_secs);
         }
     }
 

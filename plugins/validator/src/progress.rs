@@ -178,6 +178,9 @@ impl Progress {
         for (id, robot) in (0..).zip(&mut self.robots) {
             let Some(robot) = robot else { continue };
             let secs = now.seconds - robot.stands_since;
+            if robot.is_reported {
+                findings.set_duration_of(Kind::Stuck, id, secs);
+            }
             if secs <= limit || std::mem::replace(&mut robot.is_reported, true) {
                 continue;
             }

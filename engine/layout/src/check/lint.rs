@@ -164,7 +164,7 @@ fn warn_of_copies(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     };
     let message = format!(
         "it is the same road as edge {other}{others}: robots on both are in each other's way; \
-         remove it, as `--fix` of `regatta graph convert` does"
+         remove it"
     );
     first.report(Severity::Warning, &message, report);
 }

@@ -577,12 +577,18 @@ fn a_robot_that_stands_while_others_drive_is_found() {
     }
     let header = OrderHeader { run_id: 7, tick: 0, sequence: 1, ..OrderHeader::default() };
     judge.take_orders(&header, 0, &log);
-    for second in 0..100 {
-        let waiting = Row { state: RobotState::Waiting, ..on(1, 5.0, 0.0) };
-        show(&mut judge, 10 * second, &[waiting, on(0, 0.05 * second as f32, 0.05)]);
+    for second in 0..140 {
+        let row = match second {
+            0..110 => Row { state: RobotState::Waiting, ..on(1, 5.0, 0.0) },
+            _ => on(1, 5.0 + 0.1 * (second - 109) as f32, 0.1),
+        };
+        show(&mut judge, 10 * second, &[row, on(0, 0.05 * second as f32, 0.05)]);
     }
     let report = judge.finish();
     assert_eq!((report.count(Kind::Stuck), report.count(Kind::Standstill)), (1, 0));
     let stuck = report.found().find(|report| report.kind == Kind::Stuck).expect("a finding");
-    assert_eq!((&stuck.examples[0].robots[..], stuck.examples[0].edge), (&[0][..], Some(11)));
+    let example = &stuck.examples[0];
+    assert_eq!((&example.robots[..], example.edge), (&[0][..], Some(11)));
+    let duration_secs = example.duration_secs.expect("a duration");
+    assert!((109.0..=111.0).contains(&duration_secs), "it stood for {duration_secs} s");
 }
