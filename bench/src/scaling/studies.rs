@@ -9,13 +9,13 @@ use regatta::program::Program;
 
 use super::tables::{Line, Table};
 
-/// Runs are short here, so that the study's own time is seen: a minute of four robots.
-const OPTIONS: [&str; 6] = ["--robots", "4", "--duration", "1min", "--reliefs", "0"];
+/// Runs are short here, so that the study's own time is seen: two minutes of four robots.
+const OPTIONS: [&str; 6] = ["--robots", "4", "--duration", "2min", "--reliefs", "0"];
 
 /// Measures studies of 10 runs and more, each ten times the one before, on this machine and on a
 /// cluster if there is one.
 pub fn by_runs(program: &Program, most: u64, cluster: Option<&str>) -> Result<Table, Failure> {
-    let note = "A minute of four robots in `warehouse.yaml` for each run.";
+    let note = "Two minutes of four robots in `warehouse.yaml` for each run.";
     let mut table = Table::of_studies(note);
     for (number, cluster) in [None, cluster].into_iter().enumerate() {
         if number > 0 && cluster.is_none() {

@@ -23,8 +23,7 @@ struct Stations {
     drops: u64,
     /// Those that are counted as both.
     transfers: u64,
-    /// Nodes of stations of all kinds but chargers.
-    stations: u64,
+    others: u64,
 }
 
 impl Stations {
@@ -32,7 +31,6 @@ impl Stations {
         self.picks += u64::from(role.is_pick());
         self.drops += u64::from(role.is_drop());
         self.transfers += u64::from(role == Role::Transfer);
-        self.stations += u64::from(role.is_pick() || role.is_drop());
     }
 
     /// The number of pairs of a node to pick at and another node to drop at.
@@ -78,7 +76,7 @@ impl Components {
 
     /// Returns the component in which a fleet can carry the most: the one with the most pairs of a
     /// node to pick at and another to drop at; among equal ones, that with the most nodes of
-    /// stations, and then of any nodes; the first of those. 0 if there is none.
+    /// stations without a role, and then of any nodes; the first of those. 0 if there is none.
     pub fn main(&self, graph: &RouteGraph) -> u32 {
         let mut stations = vec![Stations::default(); self.sizes.len()];
         for (role, &component) in graph.purposes().into_iter().zip(&self.of_node) {
@@ -86,13 +84,13 @@ impl Components {
         }
         for station in graph.stations().iter().filter(|station| station.role == Role::None) {
             for node in &station.nodes {
-                stations[self.of_node[node.0 as usize] as usize].stations += 1;
+                stations[self.of_node[node.0 as usize] as usize].others += 1;
             }
         }
         let mut main = 0;
         let mut most = (0, 0, 0);
         for ((stations, &nodes), component) in stations.iter().zip(&self.sizes).zip(0..) {
-            let worth = (stations.pairs(), stations.stations, nodes);
+            let worth = (stations.pairs(), stations.others, nodes);
             if worth > most {
                 (main, most) = (component, worth);
             }
@@ -184,16 +182,6 @@ mod tests {
         assert_eq!(strong.sizes, [3, 1, 1]);
         assert_eq!(strong.main(&graph), 0);
         assert_eq!(Components::weak(&graph).sizes, [4, 1]);
-    }
-
-    #[test]
-    fn of_parts_without_pairs_the_one_with_stations_is_the_main_part() {
-        let text = "id,x,y,role\nA,0,0,\nB,9,0,\nC,18,0,\nD,0,9,pick\nE,9,9,pick\n\n\
-                    from,to,speed,bidirectional\nA,B,1,yes\nB,C,1,yes\nD,E,1,yes\n";
-        let (graph, _) =
-            crate::parse(text, "two.csv", &crate::ReadOptions::default()).expect("a layout");
-        let strong = Components::strong(&graph);
-        assert_eq!((&strong.sizes[..], strong.main(&graph)), (&[3, 2][..], 1));
     }
 
     #[test]
