@@ -30,7 +30,7 @@ const ROBOTS: u32 = 100_000;
 /// Ticks per second of fleets up to 10,000, a million, and more robots.
 const RATES: [(u32, u32); 3] = [(10_000, 100), (1_000_000, 60), (u32::MAX, 5)];
 
-/// What is measured: fleets on random routes of generated warehouses.
+/// A measurement of fleets on random routes of generated warehouses.
 pub struct Bench<'a> {
     program: &'a Program,
     folder: &'a Path,

@@ -53,7 +53,7 @@ impl Line {
         Self { amount: runs, each_ms: secs * 1e3 / runs as f64, kind: Kind::Study { secs } }
     }
 
-    /// What the table grows by from one line to the next: the milliseconds of all.
+    /// The milliseconds of a tick, or of a whole study.
     fn total_ms(&self) -> f64 {
         match self.kind {
             Kind::Tick(_) => self.each_ms,
