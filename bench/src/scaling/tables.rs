@@ -100,7 +100,7 @@ impl Line {
 impl Table {
     /// A table of the cost of ticks.
     pub fn of_ticks(title: &'static str, quantity: &'static str, note: &str) -> Self {
-        let columns = "tick p50 | tick p99 | late ticks | resident memory | each further one, µs |\n\
+        let columns = "tick p50 | tick p99 | late ticks | memory | each further one, µs |\n\
                        |---|---|---|---|---|---|---|\n";
         Self { title, quantity, note: note.to_owned(), columns, series: Vec::new() }
     }

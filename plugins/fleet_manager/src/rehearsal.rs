@@ -105,11 +105,10 @@ impl<'a> Rehearsal<'a> {
         }
         for number in 0..REHEARSALS {
             let hopeless = HOPELESS * best(&scores, number);
-            let is_hopeful = |score: &Score| score.stops_of(number) >= hopeless;
-            if scores.iter().filter(|score| is_hopeful(score)).count() == 1 {
+            if scores.iter().filter(|score| score.stops_of(number) >= hopeless).count() == 1 {
                 break;
             }
-            for score in scores.iter_mut().filter(|score| is_hopeful(score)) {
+            for score in scores.iter_mut().filter(|score| score.stops_of(number) >= hopeless) {
                 self.rehearse_once(score, secs, number);
             }
         }

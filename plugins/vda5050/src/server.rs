@@ -99,7 +99,7 @@ async fn serve(listener: TcpListener, access: Arc<Access>) {
     }
 }
 
-/// The clients that haven't said who they are, from the oldest on. The oldest makes room for others.
+/// The clients that have not named themselves yet, from the oldest on. The oldest makes room.
 #[derive(Default)]
 struct Strangers(VecDeque<AbortHandle>);
 

@@ -1,9 +1,10 @@
 //! A bound on the robots that fit on roads, wherever they stop.
 //!
 //! The roads are cut into short stretches. Of two stretches whose robots touch wherever they are on
-//! them, only one can have a robot. Groups of stretches of which that is true pairwise have one robot
-//! at most: as many groups as cover all stretches bound the number of robots. A group reaches as far
-//! as a robot is long, and also over roads beside its own that are too close for two robots.
+//! them, only one can have a robot. A group of stretches, any two of which exclude each other like
+//! that, has one robot at most: the number of groups that cover all stretches bounds the number of
+//! robots. A group reaches as far as a robot is long, and also over roads beside its own that are
+//! too close for two robots.
 
 use regatta_base::cores;
 use regatta_base::graph::EdgeIndex;

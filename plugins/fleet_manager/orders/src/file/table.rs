@@ -58,7 +58,7 @@ impl Table {
     /// Reads a text of CSV.
     ///
     /// # Errors
-    /// [`yaml::Error`] if the header is missing or can't be understood, or there is too much to read.
+    /// [`yaml::Error`] if the header is missing or can't be understood, or the table is too large.
     pub fn parse(text: &str) -> Result<Self, yaml::Error> {
         // The reader counts lines by their feeds, and one too few after each pair of both.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
@@ -119,8 +119,8 @@ impl Table {
         }
         let priority = match self.columns.cell(record, Meaning::Priority) {
             Some(text) => {
-                let reason = || format!("`{}` isn't a priority from 0 to 255", text.escape_debug());
-                text.parse().map_err(|_| reason())?
+                let shown = text.escape_debug();
+                text.parse().map_err(|_| format!("`{shown}` isn't a priority from 0 to 255"))?
             }
             None => 0,
         };
