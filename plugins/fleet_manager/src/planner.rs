@@ -27,7 +27,7 @@ pub use self::fallback::Fallback;
 pub use self::landmarks::Landmarks;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
-pub use self::route::{Router, Search};
+pub use self::route::{Bound, Router, Search};
 pub use self::tea::{Tea, TeaSettings};
 use crate::rehearsal::Rehearsal;
 use crate::roads::{Leg, Roads};

@@ -315,6 +315,11 @@ impl Steering {
             state.route = RouteState::Unreachable;
             return;
         };
+        // Most robots that wait keep their route.
+        let is_same = state.route == RouteState::Planned && state.horizon == legs;
+        if is_same && state.unentered.is_none() {
+            return;
+        }
         state.route = RouteState::Planned;
         state.blocked_by = None;
         state.horizon = VecDeque::from(legs.clone());

@@ -4,8 +4,7 @@
 //! Only frames are read, so this works with any manager. A frame doesn't contain the next edge of a
 //! robot, but later frames do. So samples are kept, and evaluated at the end of the run.
 
-use std::collections::BTreeMap;
-
+use regatta_base::rows::Rows;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use regatta_plugin::{Frame, Plugin, Result, World};
 
@@ -98,6 +97,8 @@ struct Sample {
 #[derive(Debug, Default)]
 pub struct Queues {
     tracks: Vec<Track>,
+    /// The number of nodes.
+    nodes: usize,
     /// By robot: the edges that it entered.
     visits: Vec<Vec<Visit>>,
     /// By robot. Most frames change nothing else.
@@ -113,7 +114,9 @@ pub struct Queues {
 impl Queues {
     /// Begins a run.
     pub fn new(tracks: Vec<Track>) -> Self {
-        Self { tracks, sample_secs: 1.0, ..Self::default() }
+        let ends = tracks.iter().flat_map(|track| [track.origin, track.destination]);
+        let nodes = ends.max().map_or(0, |node| node as usize + 1);
+        Self { tracks, nodes, sample_secs: 1.0, ..Self::default() }
     }
 
     /// Takes a frame at some simulated seconds.
@@ -210,9 +213,9 @@ struct Places<'a> {
     queues: &'a Queues,
     sample: &'a Sample,
     /// By edge, by ascending distance from its origin.
-    on_edge: BTreeMap<u32, Vec<usize>>,
-    /// Robots that stand near a node.
-    at_node: BTreeMap<u32, Vec<usize>>,
+    on_edge: Rows<usize>,
+    /// By node: the robots that stand near it.
+    at_node: Rows<usize>,
 }
 
 /// The reason why a robot can't drive on.
@@ -227,22 +230,23 @@ enum Blocker {
 
 impl<'a> Places<'a> {
     fn new(queues: &'a Queues, sample: &'a Sample) -> Self {
-        let (mut on_edge, mut at_node) =
-            (BTreeMap::<u32, Vec<usize>>::new(), BTreeMap::<u32, Vec<usize>>::new());
+        let (mut on_edge, mut at_node) = (Vec::new(), Vec::new());
         let present = sample.rows.iter().enumerate().filter(|(_, row)| row.edge != NO_EDGE);
         for (robot, row) in present {
-            on_edge.entry(row.edge).or_default().push(robot);
+            on_edge.push((row.edge, robot));
             let track = queues.tracks[row.edge as usize];
             for (node, metres) in [(track.origin, row.s), (track.destination, track.length - row.s)]
             {
                 if row.motion != Motion::Driving && metres <= REACH {
-                    at_node.entry(node).or_default().push(robot);
+                    at_node.push((node, robot));
                 }
             }
         }
-        for rows in on_edge.values_mut() {
-            rows.sort_by(|a, b| sample.rows[*a].s.total_cmp(&sample.rows[*b].s));
-        }
+        on_edge.sort_by(|(edge, a), (other, b)| {
+            edge.cmp(other).then(sample.rows[*a].s.total_cmp(&sample.rows[*b].s))
+        });
+        let on_edge = Rows::of_sorted(queues.tracks.len(), on_edge);
+        let at_node = Rows::by_row(queues.nodes, at_node);
         Self { queues, sample, on_edge, at_node }
     }
 
@@ -283,10 +287,10 @@ impl<'a> Places<'a> {
         };
         let after = self.queues.tracks[next as usize];
         let is_entered_at_origin = after.origin == exit;
-        if let Some(rows) = self.on_edge.get(&next) {
-            let nearest = if is_entered_at_origin { rows.first() } else { rows.last() };
-            return nearest
-                .map_or(Blocker::NextEdge, |other| self.blocked_by(*other, Blocker::NextEdge));
+        let rows = self.on_edge.row(next);
+        let nearest = if is_entered_at_origin { rows.first() } else { rows.last() };
+        if let Some(nearest) = nearest {
+            return self.blocked_by(*nearest, Blocker::NextEdge);
         }
         // Another robot may stand at the node between the edges, or at the one beyond: it came
         // there by another edge.
@@ -314,7 +318,7 @@ impl<'a> Places<'a> {
     /// Returns a robot that stands at a node on another edge than a given one.
     fn standing(&self, node: u32, robot: usize) -> Option<usize> {
         let edge = self.sample.rows[robot].edge;
-        let mut others = self.at_node.get(&node)?.iter().copied();
+        let mut others = self.at_node.row(node).iter().copied();
         others.find(|other| *other != robot && self.sample.rows[*other].edge != edge)
     }
 
@@ -330,7 +334,7 @@ impl<'a> Places<'a> {
     /// Returns the next robot before another one on the same edge.
     fn ahead(&self, robot: usize) -> Option<usize> {
         let row = &self.sample.rows[robot];
-        let rows = self.on_edge.get(&row.edge)?;
+        let rows = self.on_edge.row(row.edge);
         let place = rows.iter().position(|other| *other == robot)?;
         let ahead = if row.is_reverse { place.checked_sub(1)? } else { place + 1 };
         rows.get(ahead).copied()

@@ -308,21 +308,20 @@ impl Judge {
         let (world, faults) = (&self.world, &mut self.faults);
         let before = track.before.take();
         if row.is_valid() {
-            if before.as_ref() == Some(row) {
+            let is_same = before.as_ref() == Some(row);
+            if is_same {
                 // It stands where it stood, and has the faults that it had there.
                 lasting = track.active & Kind::OF_PLACE;
             } else {
                 graph::check_place(world, row, faults);
             }
-            motion::check_speed(world, &robot_type.record, row, faults);
-            if let Some(before) = &before {
-                let robot_type = &robot_type.record;
-                let moved = Move { world, robot_type, before, now: row, gap };
-                moved.check_acceleration(faults);
-                moved.check_rotation(faults);
-                moved.check_teleport(faults);
-                if !faults.iter().any(|fault| fault.kind == Kind::Teleport) {
-                    moved.check_route(faults);
+            // A robot that stands where it stood breaks no rule of motion.
+            if !is_same || row.speed != 0.0 {
+                motion::check_speed(world, &robot_type.record, row, faults);
+                if let Some(before) = &before {
+                    let robot_type = &robot_type.record;
+                    let moved = Move { world, robot_type, before, now: row, gap };
+                    moved.check(faults);
                 }
             }
             track.before = Some(*row);

@@ -138,8 +138,19 @@ impl Move<'_> {
         limit * gap.seconds * DISTANCE_FACTOR + slack + DISTANCE_TOLERANCE
     }
 
+    /// Checks all rules of a move. A robot that is farther away than it can have driven has
+    /// no route to check.
+    pub fn check(&self, faults: &mut Vec<Fault>) {
+        self.check_acceleration(faults);
+        self.check_rotation(faults);
+        self.check_teleport(faults);
+        if !faults.iter().any(|fault| fault.kind == Kind::Teleport) {
+            self.check_route(faults);
+        }
+    }
+
     /// Checks the change of speed.
-    pub fn check_acceleration(&self, faults: &mut Vec<Fault>) {
+    fn check_acceleration(&self, faults: &mut Vec<Fault>) {
         let (acceleration, seconds) =
             (f64::from(self.robot_type.max_acceleration), self.gap.seconds);
         if !acceleration.is_finite() || seconds <= 0.0 {
@@ -156,7 +167,7 @@ impl Move<'_> {
     }
 
     /// Checks a turn on the spot.
-    pub fn check_rotation(&self, faults: &mut Vec<Fault>) {
+    fn check_rotation(&self, faults: &mut Vec<Fault>) {
         let (limit, seconds) = (f64::from(self.robot_type.max_rotation_speed), self.gap.seconds);
         let turns = [self.before, self.now].iter().all(|row| row.state == RobotState::Turning);
         if !turns || !limit.is_finite() || seconds <= 0.0 {
@@ -169,7 +180,7 @@ impl Move<'_> {
     }
 
     /// Checks that the robot isn't farther away than it can have driven.
-    pub fn check_teleport(&self, faults: &mut Vec<Fault>) {
+    fn check_teleport(&self, faults: &mut Vec<Fault>) {
         let Self { world, before, now, .. } = *self;
         let value = now.distance_to(before.position);
         let stayed = before.edge == now.edge && world.edge(now.edge).is_some();

@@ -102,7 +102,7 @@ pub use order::{
     State, Stop, UnknownAction, Unroutable,
 };
 pub use places::{Place, PlaceError, Places};
-pub use pool::{Assignments, LoadStops, Next, OrderPool};
+pub use pool::{Assignments, Held, LoadStops, Next, OrderPool};
 #[cfg(feature = "http")]
 pub use regatta_kit::private::{TokenError, read_token};
 pub use store::StoreError;

@@ -32,6 +32,15 @@ pub enum Next {
     Done,
 }
 
+/// The order that a robot has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Held {
+    /// The order.
+    pub id: OrderId,
+    /// Whether the robot has handled a stop of it, so that it stays with the robot.
+    pub is_bound: bool,
+}
+
 /// All open orders, and the sources of new ones.
 ///
 /// It is deterministic: the same calls make the same orders, assignments and events, except for
@@ -42,7 +51,7 @@ pub struct OrderPool {
     assigner: Box<dyn Assigner>,
     open: BTreeMap<OrderId, Order>,
     names: BTreeMap<OrderName, OrderId>,
-    by_robot: FxHashMap<u32, OrderId>,
+    by_robot: FxHashMap<u32, Held>,
     waiting: BTreeSet<OrderId>,
     new_waiting: Vec<OrderId>,
     /// The open orders that only one robot may get, by robot.
@@ -135,6 +144,12 @@ impl OrderPool {
 
     /// Returns the order that a robot has.
     pub fn order_of(&self, robot: u32) -> Option<OrderId> {
+        self.held(robot).map(|held| held.id)
+    }
+
+    /// Returns the order that a robot has, and whether it stays with it. This takes less time than
+    /// to look at the order.
+    pub fn held(&self, robot: u32) -> Option<Held> {
         self.by_robot.get(&robot).copied()
     }
 
@@ -146,7 +161,7 @@ impl OrderPool {
 
     /// Whether a robot's order stays with it, because it has handled a stop of it.
     pub fn is_bound(&self, robot: u32) -> bool {
-        self.order_of(robot).and_then(|id| self.order(id)).is_some_and(Order::is_bound)
+        self.held(robot).is_some_and(|held| held.is_bound)
     }
 
     /// Notes that a robot is at its current stop. Returns whether it was driving to one.
@@ -171,6 +186,7 @@ impl OrderPool {
         order.handled_stops += 1;
         order.state = State::Travelling(robot);
         let next = order.content.stops.get(order.handled_stops).copied();
+        self.by_robot.insert(robot, Held { id, is_bound: true });
         self.counts.stops += 1;
         self.note(id, now_secs, Change::Handled { robot, stop });
         if next.is_none() {

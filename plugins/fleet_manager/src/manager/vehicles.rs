@@ -8,7 +8,7 @@ use glam::vec2;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use super::{Manager, Progress};
-use regatta_orders::{Order, Vehicle};
+use regatta_orders::{Held, Vehicle};
 
 /// The number of cycles in which every robot is shown once, so that a large fleet costs each cycle
 /// little.
@@ -70,14 +70,10 @@ impl Manager {
 impl Manager {
     /// The activity of a robot, as far as its state doesn't say otherwise.
     pub fn activity(&self, robot: u32) -> Activity {
-        self.activity_with(robot, self.order_of(robot))
+        self.activity_with(robot, self.orders.held(robot))
     }
 
-    fn order_of(&self, robot: u32) -> Option<&Order> {
-        self.orders.order_of(robot).and_then(|id| self.orders.order(id))
-    }
-
-    fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
+    fn activity_with(&self, robot: u32, order: Option<Held>) -> Activity {
         let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
         match self.progress.get(robot as usize) {
             Some(Progress::Handling(_)) => Activity::Handling,
@@ -85,7 +81,7 @@ impl Manager {
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             _ if self.charging.is_charging(robot) => Activity::Charging,
             _ => match order {
-                Some(order) if order.handled_stops > 0 => Activity::Carrying,
+                Some(order) if order.is_bound => Activity::Carrying,
                 Some(_) => Activity::Fetching,
                 None => Activity::Idle,
             },
@@ -94,8 +90,8 @@ impl Manager {
 
     /// The activity of a robot in a state, for figures.
     pub(crate) fn doing(&self, robot: u32, state: RobotState, speed: f32) -> Doing {
-        let order = self.order_of(robot);
-        let is_loaded = order.is_some_and(|order| order.handled_stops > 0);
+        let order = self.orders.held(robot);
+        let is_loaded = order.is_some_and(|order| order.is_bound);
         Doing {
             activity: Activity::of(state, Some(self.activity_with(robot, order)))
                 .unwrap_or_default(),

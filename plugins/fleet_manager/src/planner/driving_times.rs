@@ -68,6 +68,12 @@ impl DrivingTimes {
         (millis != u32::MAX).then(|| f64::from(millis) / 1000.0)
     }
 
+    /// The driving times from all nodes to a goal, as [`Roads::millis_to`] returns them; `None`
+    /// unless it was [prepared](Self::prepare).
+    pub fn millis_to<'a>(&self, roads: &'a Roads, goal: u32) -> Option<&'a [u32]> {
+        self.knows(goal).then(|| roads.millis_to(goal))
+    }
+
     fn knows(&self, goal: u32) -> bool {
         self.is_known.get(goal as usize).is_some_and(|is_known| *is_known)
     }

@@ -12,9 +12,9 @@ use std::panic::resume_unwind;
 pub use self::congestion::CongestionSettings;
 use self::congestion::{Congestion, Guide};
 use super::route::Hints;
-use super::{Planner, Plans, Router, Search};
+use super::{Bound, DrivingTimes, Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
-use crate::traffic::Traffic;
+use crate::traffic::{Robot, Traffic};
 
 /// The settings of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +62,10 @@ const COUNT_SECS: f64 = 1.0;
 pub struct Lanes {
     settings: LanesSettings,
     congestion: Congestion,
-    /// None on few edges, where searches are fast enough without.
+    /// None on few edges, where the driving times to each goal are known.
     guide: Option<Guide>,
+    /// The driving times to the goals of robots, without a guide.
+    times: DrivingTimes,
     /// One for each thread.
     routers: Vec<Router>,
     /// The routes of the next batch.
@@ -94,6 +96,7 @@ impl Lanes {
         Self {
             congestion: Congestion::new(roads, settings.congestion),
             guide: (roads.edges().len() >= FEWEST_EDGES).then(|| Guide::new(roads)),
+            times: DrivingTimes::default(),
             routers: (0..threads).map(|_| Router::new(roads)).collect(),
             settings,
             batch: FIRST_BATCH,
@@ -130,6 +133,7 @@ impl Lanes {
 
     /// Plans routes for robots that need one, those first that need it the longest.
     fn plan_routes(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        self.times.begin();
         let mut looked_at = 0;
         let due = self.due(traffic);
         let mut due = due.as_slice();
@@ -184,20 +188,25 @@ impl Lanes {
 
     /// Searches the routes of some robots; with each comes the number of legs that were looked at.
     fn search(&mut self, traffic: &Traffic<'_>, batch: &[Due]) -> Vec<(Option<Vec<Leg>>, usize)> {
+        let goals = batch.iter().filter_map(|due| traffic.robot(due.robot)?.goal());
+        for goal in goals.filter(|_| self.guide.is_none()) {
+            self.times.prepare(traffic.roads, goal);
+        }
         let congestion = &self.congestion;
-        let hints = Hints {
-            landmarks: self.guide.as_ref().map(Guide::landmarks),
+        let estimates = Estimates {
+            guide: self.guide.as_ref(),
+            times: &self.times,
             slack: if self.is_behind { SLACK_BEHIND } else { SLACK },
         };
         let share = batch.len().div_ceil(self.routers.len());
         if let [router] = self.routers.as_mut_slice() {
-            return search_all(router, congestion, hints, traffic, batch);
+            return search_all(router, congestion, estimates, traffic, batch);
         }
         std::thread::scope(|scope| {
             let mut threads = Vec::new();
             for (router, part) in self.routers.iter_mut().zip(batch.chunks(share)) {
                 threads.push(
-                    scope.spawn(move || search_all(router, congestion, hints, traffic, part)),
+                    scope.spawn(move || search_all(router, congestion, estimates, traffic, part)),
                 );
             }
             // A panic is propagated: robots must not get the routes of other robots.
@@ -206,6 +215,24 @@ impl Lanes {
                 .flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
                 .collect()
         })
+    }
+}
+
+/// The estimates of the times to goals.
+#[derive(Clone, Copy)]
+struct Estimates<'a> {
+    guide: Option<&'a Guide>,
+    times: &'a DrivingTimes,
+    slack: f32,
+}
+
+impl<'a> Estimates<'a> {
+    fn bound(&self, roads: &'a Roads, goal: u32) -> Bound<'a> {
+        match (self.guide, self.times.millis_to(roads, goal)) {
+            (Some(guide), _) => Bound::Landmarks(guide.landmarks()),
+            (None, Some(millis)) => Bound::Millis(millis),
+            (None, None) => Bound::Distance,
+        }
     }
 }
 
@@ -225,12 +252,17 @@ impl Planner for Lanes {
 fn search_all(
     router: &mut Router,
     congestion: &Congestion,
-    hints: Hints<'_>,
+    estimates: Estimates<'_>,
     traffic: &Traffic<'_>,
     batch: &[Due],
 ) -> Vec<(Option<Vec<Leg>>, usize)> {
     let mut found = Vec::with_capacity(batch.len());
     for due in batch {
+        let goal = traffic.robot(due.robot).and_then(Robot::goal);
+        let hints = Hints {
+            bound: goal.map_or(Bound::Distance, |goal| estimates.bound(traffic.roads, goal)),
+            slack: estimates.slack,
+        };
         found.push(router.route_of(traffic, due.robot, hints, |leg| {
             (!traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()))
         }));

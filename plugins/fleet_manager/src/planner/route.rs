@@ -28,12 +28,26 @@ pub struct Search<'a> {
     pub goal: u32,
     /// Whether it may lead along legs in reverse gear.
     pub reverse: bool,
-    /// Landmarks that bound the times in forward gear, delays included; without them, or with
-    /// reverse gear, the estimate is made from the distance.
-    pub landmarks: Option<&'a Landmarks>,
+    /// The bound of the time to the goal.
+    pub bound: Bound<'a>,
     /// The share by which the route may take longer than the fastest one, at least 0, if there are
     /// landmarks: that shortens the search.
     pub slack: f32,
+}
+
+/// The source of the lower bound of the time from a node to the goal of a search.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Bound<'a> {
+    /// The distance.
+    #[default]
+    Distance,
+    /// Landmarks that bound the times in forward gear, delays included. For routes in reverse gear
+    /// it is the distance.
+    Landmarks(&'a Landmarks),
+    /// By node: the driving time to the goal on empty roads, in milliseconds, as of
+    /// [`Roads::millis_to`]. As these are rounded up, a route may take a millisecond longer than
+    /// the fastest one for each of its legs.
+    Millis(&'a [u32]),
 }
 
 impl Search<'_> {
@@ -47,7 +61,7 @@ pub struct Router {
     /// By leg.
     marks: Vec<Mark>,
     search: u32,
-    open: BinaryHeap<(Reverse<Cost>, u32)>,
+    open: BinaryHeap<Reverse<Open>>,
     fastest: f32,
     /// Legs that the last search looked at.
     looked_at: usize,
@@ -64,21 +78,21 @@ struct Mark {
     before: u32,
 }
 
-/// A cost in the order of numbers; costs are never NaN.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Cost(f32);
+/// A leg that may be looked at next, by its cost. The order of numbers of one integer is found
+/// faster than that of a cost and a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Open(u64);
 
-impl Eq for Cost {}
-
-impl PartialOrd for Cost {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
+impl Open {
+    /// Makes it of a leg and a cost, which is at least 0. Of legs with equal costs, that with the
+    /// largest index comes first.
+    fn new(cost: f32, leg: Leg) -> Self {
+        // The bits of floats from 0 on are in the order of the floats.
+        Self(u64::from(cost.to_bits()) << 32 | u64::from(!(leg.index() as u32)))
     }
-}
 
-impl Ord for Cost {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
+    fn leg(self) -> Leg {
+        Leg::from_index(!(self.0 as u32))
     }
 }
 
@@ -123,8 +137,8 @@ impl Router {
         let query = Query { roads, class, search, fastest: self.fastest.min(class.max_speed) };
         let start = Reached { last: search.last, before: NO_LEG, node: search.start, so_far: 0.0 };
         self.expand(&query, start, &mut cost);
-        while let Some((_, index)) = self.open.pop() {
-            let leg = Leg::from_index(index);
+        while let Some(Reverse(open)) = self.open.pop() {
+            let leg = open.leg();
             let mark = &mut self.marks[leg.index()];
             if mark.stamp != 2 * self.search {
                 continue;
@@ -136,7 +150,8 @@ impl Router {
             if is_goal(node) {
                 return Some(self.legs_to(leg));
             }
-            let reached = Reached { last: Some(leg), before: index, node, so_far };
+            let before = leg.index() as u32;
+            let reached = Reached { last: Some(leg), before, node, so_far };
             self.expand(&query, reached, &mut cost);
         }
         None
@@ -174,7 +189,7 @@ impl Router {
             }
             self.marks[leg.index()] = Mark { stamp: 2 * self.search, cost: total, before };
             let estimate = total + query.least_secs(roads.end(leg));
-            self.open.push((Reverse(Cost(estimate)), leg.index() as u32));
+            self.open.push(Reverse(Open::new(estimate, leg)));
         }
     }
 
@@ -207,8 +222,8 @@ impl Router {
         if start == goal {
             return (Some(Vec::new()), 0);
         }
-        let Hints { landmarks, slack } = hints;
-        let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack };
+        let Hints { bound, slack } = hints;
+        let search = Search { last: Some(last), start, goal, reverse: false, bound, slack };
         let found = self.route(traffic.roads, &state.class, search, &cost);
         let looked_at = self.looked_at;
         if found.is_some() {
@@ -224,7 +239,7 @@ impl Router {
 /// Bounds that shorten a search.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hints<'a> {
-    pub landmarks: Option<&'a Landmarks>,
+    pub bound: Bound<'a>,
     pub slack: f32,
 }
 
@@ -240,13 +255,16 @@ struct Query<'a> {
 impl Query<'_> {
     /// The estimate of the time from a node to the goal, in seconds.
     fn least_secs(&self, node: u32) -> f32 {
-        let Search { goal, slack, .. } = self.search;
+        let Search { goal, slack, reverse, bound, .. } = self.search;
         if goal == Search::NO_NODE {
             return 0.0;
         }
-        match self.search.landmarks.filter(|_| !self.search.reverse) {
-            Some(landmarks) => (1.0 + slack) * landmarks.least_secs(node, goal),
-            None => {
+        match bound {
+            Bound::Landmarks(landmarks) if !reverse => {
+                (1.0 + slack) * landmarks.least_secs(node, goal)
+            }
+            Bound::Millis(millis) => millis[node as usize] as f32 * 1e-3,
+            Bound::Landmarks(_) | Bound::Distance => {
                 let offset = self.roads.position(node) - self.roads.position(goal);
                 offset.x.hypot(offset.y) / self.fastest
             }

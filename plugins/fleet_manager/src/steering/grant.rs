@@ -3,7 +3,7 @@
 use super::{Command, Steering};
 use crate::claims::Stretch;
 use crate::roads::Leg;
-use crate::traffic::{Blocker, Extension, LEAST, Traffic};
+use crate::traffic::{Blocker, Extension, LEAST, Robot, Traffic};
 
 /// The excess length of an extension in metres. Without it, there would be an extension in every
 /// cycle.
@@ -41,6 +41,12 @@ impl Steering {
     }
 
     fn extend_base(&mut self, robot: u32) {
+        // Most robots that stand wait for one that stands, too.
+        if self.robot(robot).is_some_and(|state| state.speed == 0.0)
+            && let Some(blocked) = self.still_blocked(robot)
+        {
+            return self.note(robot, &blocked);
+        }
         let turned = self.turn_back(robot);
         let grants = self.counts.grants;
         self.try_to_extend(robot);
@@ -56,17 +62,16 @@ impl Steering {
 
     fn try_to_extend(&mut self, robot: u32) {
         let Some(state) = &self.robots[robot as usize] else { return };
-        let speed =
-            state.horizon.front().map_or(state.speed, |&leg| self.roads.speed(&state.class, leg));
-        let wanted = state.braking_distance()
-            + state.speed.max(speed) * self.settings.latency_secs
-            + self.settings.lead;
         let left = self.traffic().left(robot);
-        if left >= wanted {
+        // Most robots have enough at any speed: it isn't worth a look at their routes.
+        if left >= self.wanted(state, state.class.max_speed) {
             return self.note(robot, &Extension::default());
         }
-        if let Some(blocked) = self.still_blocked(robot) {
-            return self.note(robot, &blocked);
+        let speed =
+            state.horizon.front().map_or(state.speed, |&leg| self.roads.speed(&state.class, leg));
+        let wanted = self.wanted(state, speed);
+        if left >= wanted {
+            return self.note(robot, &Extension::default());
         }
         let is_on_roads = self.is_on_roads(robot);
         let may_enter = self.may_enter(robot);
@@ -82,6 +87,13 @@ impl Steering {
         }
         self.note(robot, &extension);
         self.remember_blocker(robot, &extension);
+    }
+
+    /// The metres of base that a robot needs so as not to brake, at its speed or the one to come.
+    fn wanted(&self, state: &Robot, speed: f32) -> f32 {
+        state.braking_distance()
+            + state.speed.max(speed) * self.settings.latency_secs
+            + self.settings.lead
     }
 
     /// Returns the extension of a robot whose blocker hasn't moved: none.
@@ -169,9 +181,12 @@ impl Steering {
     fn turn_back(&mut self, robot: u32) -> Option<(Leg, Stretch)> {
         let state = self.robots[robot as usize].as_mut()?;
         let claim = self.claims.of(robot);
+        if claim.len() != 1 || state.speed != 0.0 {
+            return None;
+        }
         let may_enter = state.permit.max_legs.min(state.permit.max_legs_outside) > 0;
         let (&next, &only) = (state.horizon.front().filter(|_| may_enter)?, claim.front()?);
-        let stands = claim.len() == 1 && state.speed == 0.0 && only.to - only.from < LEAST;
+        let stands = only.to - only.from < LEAST;
         let at_end = only.to >= self.roads.edge(next.edge()).length - LEAST;
         if !stands || !at_end || only.track != next.edge() || only.leg == Some(next) {
             return None;

@@ -1,6 +1,6 @@
 //! The assignment of open orders to robots, by the pool's [`Assigner`](crate::Assigner).
 
-use super::{Candidate, Change, Order, OrderId, OrderPool, State};
+use super::{Candidate, Change, Held, Order, OrderId, OrderPool, State};
 use crate::assign::{OpenOrder, Problem, allowed};
 
 /// The seconds of driving that each step of priority is worth.
@@ -126,7 +126,7 @@ impl OrderPool {
         let Some(order) = self.open.get_mut(&id) else { return };
         order.state = State::Travelling(robot);
         self.waiting.remove(&id);
-        self.by_robot.insert(robot, id);
+        self.by_robot.insert(robot, Held { id, is_bound: order.is_bound() });
         self.note(id, now_secs, Change::Assigned { robot });
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use regatta_base::yaml;
 
-use super::{Change, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
+use super::{Change, Held, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
 use crate::file::TimedDraft;
 use crate::generator::Generator;
 use crate::load::Load;
@@ -250,7 +250,7 @@ impl OrderPool {
             {
                 Some(robot) => {
                     order.state = State::Travelling(robot);
-                    self.by_robot.insert(robot, id);
+                    self.by_robot.insert(robot, Held { id, is_bound: true });
                     self.intended.extend(order.content.intended_robot.map(|robot| (robot, id)));
                     self.names.insert(order.content.name.clone(), id);
                     self.open.insert(id, order);

@@ -225,12 +225,13 @@ impl Model {
 }
 
 fn check(pool: &OrderPool, model: &Model) {
-    let by_robot: BTreeMap<_, _> = pool.by_robot.iter().map(|(robot, id)| (*robot, *id)).collect();
+    let by_robot: BTreeMap<_, _> =
+        pool.by_robot.iter().map(|(robot, held)| (*robot, held.id)).collect();
     assert_eq!(by_robot, model.robots);
     assert_eq!(pool.open.len() + model.over.len(), model.stops.len(), "no order is lost");
     for order in pool.open.values() {
-        let holds =
-            order.state.robot().is_none_or(|robot| pool.by_robot.get(&robot) == Some(&order.id));
+        let held = Held { id: order.id, is_bound: order.is_bound() };
+        let holds = order.state.robot().is_none_or(|robot| pool.held(robot) == Some(held));
         assert!(
             holds && !order.state.is_final() && order.handled_stops < order.content.stops.len(),
             "{order:?}"

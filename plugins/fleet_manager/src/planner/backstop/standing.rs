@@ -17,6 +17,8 @@ struct Since {
     /// Its claim, and when it was sent to its goal: if one changes, it doesn't stand.
     extent: Extent,
     sent: f64,
+    /// The version of its claim: as long as it is the same, so is the claim.
+    version: u64,
 }
 
 /// The first and the last stretch of a claim. Its version says less: it changes, too, when the ring
@@ -45,11 +47,18 @@ impl Standing {
                 *since = None;
                 continue;
             };
-            let (extent, sent) = (extent(traffic, robot), state.sent);
+            let (version, sent) = (traffic.claims.version(robot), state.sent);
+            if state.speed == 0.0
+                && since.is_some_and(|since| (since.version, since.sent) == (version, sent))
+            {
+                continue;
+            }
+            let extent = extent(traffic, robot);
             let stands = state.speed == 0.0
                 && since.is_some_and(|since| (since.extent, since.sent) == (extent, sent));
-            if !stands {
-                *since = Some(Since { secs: traffic.now, extent, sent });
+            match since.as_mut().filter(|_| stands) {
+                Some(since) => since.version = version,
+                None => *since = Some(Since { secs: traffic.now, extent, sent, version }),
             }
         }
     }

@@ -4,7 +4,7 @@ use super::Committed;
 use super::commitment::Commitment;
 use super::scene::Scene;
 use crate::claims::Stretch;
-use crate::planner::{Plans, Search};
+use crate::planner::{Bound, Plans, Search};
 use crate::roads::Leg;
 use crate::traffic::{Robot, Traffic};
 
@@ -288,7 +288,7 @@ impl Start {
             start: self.node,
             goal,
             reverse: true,
-            landmarks: None,
+            bound: Bound::Distance,
             slack: 0.0,
         }
     }

@@ -1,7 +1,6 @@
 //! Takes rings of waiting robots apart.
 
-use super::congestion::Guide;
-use super::{Lanes, SLACK, Search};
+use super::{Estimates, Lanes, SLACK, Search};
 use crate::planner::Plans;
 use crate::roads::Leg;
 use crate::traffic::Traffic;
@@ -103,9 +102,9 @@ impl Lanes {
     ) -> Option<Vec<Leg>> {
         let state = traffic.robot(robot)?;
         let (start, congestion) = (traffic.roads.end(last), &self.congestion);
-        let landmarks = self.guide.as_ref().map(Guide::landmarks);
-        let search =
-            Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK };
+        let estimates = Estimates { guide: self.guide.as_ref(), times: &self.times, slack: SLACK };
+        let bound = estimates.bound(traffic.roads, goal);
+        let search = Search { last: Some(last), start, goal, reverse: false, bound, slack: SLACK };
         self.routers[0].route(traffic.roads, &state.class, search, |leg| {
             (is_open(leg) && !traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()))
         })

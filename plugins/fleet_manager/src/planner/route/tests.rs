@@ -1,4 +1,4 @@
-//! Routes with landmarks cost the same as those without.
+//! Routes with landmarks or driving times cost the same as those without.
 
 use proptest::prelude::*;
 use regatta_plugin::world::{
@@ -74,14 +74,20 @@ proptest! {
         for class in roads.classes() {
             for &(start, goal) in searches.iter().filter(|(start, goal)| start != goal) {
                 for reverse in [false, true] {
-                    let search = Search { last: None, start, goal, reverse, landmarks: None, slack: 0.0 };
+                    let bound = Bound::Distance;
+                    let search = Search { last: None, start, goal, reverse, bound, slack: 0.0 };
                     let without = router.route(&roads, class, search, cost);
-                    let search = Search { landmarks: Some(&landmarks), ..search };
+                    let search = Search { bound: Bound::Millis(roads.millis_to(goal)), ..search };
+                    let times = router.route(&roads, class, search, cost);
+                    let search = Search { bound: Bound::Landmarks(&landmarks), ..search };
                     let with = router.route(&roads, class, search, cost);
                     let slack = router.route(&roads, class, Search { slack: 0.2, ..search }, cost);
-                    prop_assert_eq!([with.is_some(), slack.is_some()], [without.is_some(); 2]);
-                    let [without, with, slack] =
-                        [without, with, slack].map(|legs| secs(&roads, class, &legs.unwrap_or_default(), &delay));
+                    let found = [&with, &slack, &times].map(Option::is_some);
+                    prop_assert_eq!(found, [without.is_some(); 3]);
+                    let rounding = 1e-3 * without.as_ref().map_or(0, Vec::len) as f32;
+                    let [without, with, slack, times] = [without, with, slack, times]
+                        .map(|legs| secs(&roads, class, &legs.unwrap_or_default(), &delay));
+                    prop_assert!(times < without + rounding + 1e-3, "{} s without, {} s with times", without, times);
                     prop_assert!((without - with).abs() < 1e-3, "{} s without, {} s with landmarks", without, with);
                     prop_assert!(slack < 1.2 * without + 1e-3, "{} s without, {} s with slack", without, slack);
                 }
@@ -97,20 +103,21 @@ fn landmarks_that_know_the_delays_save_most_of_the_search() {
     let landmarks =
         [Landmarks::new(&roads, &vec![0.0; delay.len()]), Landmarks::new(&roads, &delay)];
     let mut router = Router::new(&roads);
-    let mut looked_at = |landmarks: Option<&Landmarks>| {
+    let mut looked_at = |bound: Bound<'_>| {
         let pairs = (0..200)
             .map(|pair| (pair * 37 % 576, pair * 101 % 576))
             .filter(|(start, goal)| start != goal);
         let search = |(start, goal)| {
-            let search = Search { last: None, start, goal, reverse: false, landmarks, slack: 0.0 };
+            let search = Search { last: None, start, goal, reverse: false, bound, slack: 0.0 };
             router
                 .route(&roads, &roads.classes()[0], search, |leg| Some(delay[leg.edge() as usize]));
             router.looked_at()
         };
         pairs.map(search).sum::<usize>()
     };
-    let (none, empty, delayed) =
-        (looked_at(None), looked_at(Some(&landmarks[0])), looked_at(Some(&landmarks[1])));
+    let [none, empty, delayed] =
+        [Bound::Distance, Bound::Landmarks(&landmarks[0]), Bound::Landmarks(&landmarks[1])]
+            .map(looked_at);
     assert!(
         empty < none && 3 * delayed < none,
         "{none} legs without, {empty} of empty roads, {delayed} with delays"
