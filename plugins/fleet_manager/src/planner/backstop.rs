@@ -7,7 +7,8 @@
 //!
 //! If all robots stand, and the roads aren't large, all of the roads are one region, in which
 //! robots may stand at each end of a leg. If LaCAM doesn't bring several robots to their goals soon,
-//! one after the other is tried alone, in a search that also proves that there is no way.
+//! one after the other is tried alone, in a search that also proves that there is no way. Robots
+//! that drive without arriving are stopped and led in the same way.
 
 mod alone;
 mod case;
@@ -27,6 +28,7 @@ use self::course::Course;
 use self::lacam::Outcome;
 use self::region::{Region, Size};
 pub(super) use self::standing::Standing;
+use self::standing::is_movable;
 use self::ways::{Stand, Stops};
 use super::{Planner, Plans};
 use crate::roads::Leg;
@@ -97,6 +99,12 @@ const LONGEST_PAUSE_SECS: f64 = 960.0;
 const STUCK_SECS: f64 = 60.0;
 /// The largest number of robots of a chain around which a region is made.
 const MOST_SEEDS: usize = 12;
+/// The time for which robots are led one after the other where none arrived any more, in seconds;
+/// doubled, up to the longest one, if they jam again soon.
+const JAM_SECS: f64 = 120.0;
+const LONGEST_JAM_SECS: f64 = 1920.0;
+/// The time within which another jam is one that the planner can't resolve, in seconds.
+const AGAIN_SECS: f64 = 300.0;
 
 /// A planner, and the backstop under it.
 #[derive(Debug)]
@@ -110,7 +118,29 @@ pub struct Backstop {
     /// the time until the next look if there is no solution.
     next_for_all: f64,
     pause_secs: f64,
+    jam: Jam,
     counts: Counts,
+}
+
+/// The time in which robots are led in place of a planner under which none arrives any more.
+#[derive(Clone, Copy, Debug)]
+struct Jam {
+    /// Its end, in simulated seconds.
+    until: f64,
+    /// Its length, in seconds.
+    secs: f64,
+}
+
+impl Jam {
+    const NONE: Self = Self { until: f64::NEG_INFINITY, secs: 0.0 };
+
+    /// The jam that begins now, with a length of its own unless there was one lately.
+    fn next(self, now: f64, secs: f64) -> Self {
+        let is_again = now - self.until < AGAIN_SECS;
+        let secs =
+            if is_again { (2.0 * self.secs).clamp(JAM_SECS, LONGEST_JAM_SECS) } else { secs };
+        Self { until: now + secs, secs }
+    }
 }
 
 /// Figures of the run.
@@ -134,6 +164,7 @@ impl Backstop {
             next_check: 0.0,
             next_for_all: 0.0,
             pause_secs: PAUSE_SECS,
+            jam: Jam::NONE,
             counts: Counts::default(),
         }
     }
@@ -157,14 +188,35 @@ impl Backstop {
         }
     }
 
-    /// Begins to help all robots if none drives. Returns whether it does.
+    /// Begins to help all robots if none drives, or none arrives any more. Returns whether it does.
     fn help_all(&mut self, traffic: &Traffic<'_>) -> bool {
-        let is_due = self.cases.is_empty() && traffic.now >= self.next_for_all;
-        if !is_due || !self.standing.is_standstill(traffic, self.settings.all_stand_secs) {
+        if !self.cases.is_empty() || traffic.now < self.next_for_all {
             return false;
         }
+        if self.is_jammed(traffic) {
+            return self.standing.all_stand(traffic) && self.lead_all(traffic);
+        }
+        if self.standing.is_standstill(traffic, self.settings.all_stand_secs) {
+            self.jam = self.jam.next(traffic.now, 0.0);
+            return self.lead_all(traffic);
+        }
+        if standing::is_livelock(traffic) {
+            self.jam = self.jam.next(traffic.now, JAM_SECS);
+        }
+        false
+    }
+
+    /// Whether robots are led in place of the planner: as long as all of them can drive.
+    fn is_jammed(&self, traffic: &Traffic<'_>) -> bool {
+        traffic.now < self.jam.until
+            && traffic.robots().all(|(_, state)| is_movable(state) || state.is_pinned())
+    }
+
+    /// Begins to lead all robots. Returns whether they can be led.
+    fn lead_all(&mut self, traffic: &Traffic<'_>) -> bool {
         let Some(case) = Case::of_all(traffic, self.settings.members) else {
             self.next_for_all = traffic.now + PAUSE_SECS;
+            self.jam.until = traffic.now;
             return false;
         };
         self.counts.regions += 1;
@@ -283,6 +335,7 @@ impl Backstop {
                 match case.size.stops {
                     Stops::Places => self.standing.restart(&case.seeds, traffic.now),
                     Stops::All => {
+                        self.jam.until = traffic.now;
                         self.next_for_all = traffic.now + self.pause_secs;
                         self.pause_secs = (2.0 * self.pause_secs).min(LONGEST_PAUSE_SECS);
                     }
@@ -358,6 +411,10 @@ impl Planner for Backstop {
         }
         if !self.cases.is_empty() {
             self.lead(traffic, plans);
+        } else if self.is_jammed(traffic) {
+            for (robot, _) in traffic.robots() {
+                plans.permit(robot).is_frozen = true;
+            }
         }
     }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::ways::{Stand, Stops, paths, stretches};
 use crate::claims::Stretch;
-use crate::roads::Leg;
-use crate::traffic::{Robot, Traffic};
+use crate::roads::{Leg, Roads};
+use crate::traffic::{Errand, Robot, Traffic};
 
 /// The number of legs ahead that are searched for a blocker.
 const LEGS_AHEAD: usize = 24;
@@ -91,6 +91,11 @@ impl Standing {
         is_wanted
     }
 
+    /// Whether all robots stand, and none is at a stop.
+    pub fn all_stand(&self, traffic: &Traffic<'_>) -> bool {
+        traffic.robots().all(|(_, state)| state.speed == 0.0 && !state.is_pinned())
+    }
+
     /// Finds the robots that have stood for some seconds and wait for each other, in groups that
     /// don't wait for each other.
     pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
@@ -121,6 +126,42 @@ impl Standing {
             }
         }
     }
+}
+
+/// The largest number of edges of roads on which robots that don't arrive are looked for.
+const MOST_EDGES: usize = 1_000;
+/// The time that a robot may take to its goal, in seconds, and as a multiple of the longest way.
+const LATE_SECS: f64 = 60.0;
+const LATE_WAYS: f64 = 4.0;
+
+/// Whether robots have goals, and none of them will arrive, as all of them are under way for far
+/// longer than any way takes.
+pub fn is_livelock(traffic: &Traffic<'_>) -> bool {
+    let mut is_wanted = false;
+    if traffic.roads.edges().len() > MOST_EDGES {
+        return false;
+    }
+    for (_, state) in traffic.robots() {
+        if state.is_pinned() || !is_movable(state) {
+            return false;
+        }
+        let Errand::Sent(goal) = state.errand else { continue };
+        let late_secs = traffic.now - state.sent - LATE_SECS;
+        if state.is_unreachable() {
+            continue;
+        }
+        if late_secs < 0.0 || late_secs < LATE_WAYS * longest_secs(traffic.roads, goal) {
+            return false;
+        }
+        is_wanted = true;
+    }
+    is_wanted
+}
+
+/// The longest driving time to a goal, in seconds.
+fn longest_secs(roads: &Roads, goal: u32) -> f64 {
+    let reached = roads.millis_to(goal).iter().filter(|millis| **millis != u32::MAX);
+    f64::from(reached.max().copied().unwrap_or(0)) / 1000.0
 }
 
 /// Whether a robot can be sent elsewhere.

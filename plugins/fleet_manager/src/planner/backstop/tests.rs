@@ -2,7 +2,9 @@
 
 use super::{Backstop, BackstopSettings};
 use crate::model::{Maker, Model, drive, places, worlds};
-use crate::planner::{Committed, Lanes, LanesSettings, Planner, PlannerKind, Tea, TeaSettings};
+use crate::planner::{
+    Committed, Lanes, LanesSettings, Pibt, PibtSettings, Planner, PlannerKind, Tea, TeaSettings,
+};
 use crate::roads::{Leg, Roads};
 use crate::steering::Settings;
 
@@ -57,6 +59,25 @@ fn a_full_track_goes_on() {
         assert!(without.arrivals.contains(&0), "{:?}", without.arrivals);
         assert!(with.arrivals.iter().all(|&goals| goals > 0), "{:?}", with.arrivals);
     }
+}
+
+/// Robots that push each other to and fro never stand: they are stopped, and led.
+#[test]
+fn robots_that_drive_without_arriving_are_led() {
+    let planners: [Maker; 2] = [
+        |roads| Box::new(Pibt::new(roads, PibtSettings::default())),
+        |roads| PlannerKind::Pibt.plain(roads),
+    ];
+    let world = worlds::single_track(7);
+    let [without, with] = planners.map(|planner| {
+        let settings = PlannerKind::Pibt.settings();
+        let mut model = Model::new(&world, &places(&world, 7, 1), 1, settings, planner);
+        model.run(36_000);
+        println!("{:?}; {:?}", model.arrivals, model.counts());
+        model
+    });
+    assert!(4 * without.total() < with.total(), "{:?}", without.arrivals);
+    assert!(with.arrivals.iter().all(|&goals| goals >= 10), "{:?}", with.arrivals);
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn landmarks_that_know_the_delays_save_most_of_the_search() {
     let landmarks =
         [Landmarks::new(&roads, &vec![0.0; delay.len()]), Landmarks::new(&roads, &delay)];
     let mut router = Router::new(&roads);
-    let mut looked_at = |bound: Bound<'_>| {
+    let looked_at = |bound: Bound<'_>| {
         let pairs = (0..200)
             .map(|pair| (pair * 37 % 576, pair * 101 % 576))
             .filter(|(start, goal)| start != goal);
