@@ -54,6 +54,8 @@ const TREES_BEHIND: usize = 4;
 const SLACK: f32 = 0.1;
 /// The same while routes are put off.
 const SLACK_BEHIND: f32 = 0.3;
+/// The number of routes that take less time to search without driving times than these take.
+const FEW_ROUTES: u8 = 5;
 /// The interval at which the robots on the way to each edge are counted, in seconds.
 const COUNT_SECS: f64 = 1.0;
 
@@ -62,10 +64,12 @@ const COUNT_SECS: f64 = 1.0;
 pub struct Lanes {
     settings: LanesSettings,
     congestion: Congestion,
-    /// None on few edges, where the driving times to each goal are known.
+    /// None on few edges, where driving times are known.
     guide: Option<Guide>,
-    /// The driving times to the goals of robots, without a guide.
+    /// The driving times to the goals of most routes, without a guide.
     times: DrivingTimes,
+    /// By node: how many routes to it were planned, up to [`FEW_ROUTES`].
+    planned_to: Vec<u8>,
     /// One for each thread.
     routers: Vec<Router>,
     /// The routes of the next batch.
@@ -97,6 +101,7 @@ impl Lanes {
             congestion: Congestion::new(roads, settings.congestion),
             guide: (roads.edges().len() >= FEWEST_EDGES).then(|| Guide::new(roads)),
             times: DrivingTimes::default(),
+            planned_to: vec![0; roads.nodes() as usize],
             routers: (0..threads).map(|_| Router::new(roads)).collect(),
             settings,
             batch: FIRST_BATCH,
@@ -186,11 +191,22 @@ impl Lanes {
         due.into_iter().map(|(_, due)| due).collect()
     }
 
+    /// Prepares the driving times to the goals to which routes are planned again and again.
+    fn prepare_times(&mut self, traffic: &Traffic<'_>, batch: &[Due]) {
+        for goal in batch.iter().filter_map(|due| traffic.robot(due.robot)?.goal()) {
+            let planned = &mut self.planned_to[goal as usize];
+            if *planned == FEW_ROUTES {
+                self.times.prepare(traffic.roads, goal);
+            } else {
+                *planned += 1;
+            }
+        }
+    }
+
     /// Searches the routes of some robots; with each comes the number of legs that were looked at.
     fn search(&mut self, traffic: &Traffic<'_>, batch: &[Due]) -> Vec<(Option<Vec<Leg>>, usize)> {
-        let goals = batch.iter().filter_map(|due| traffic.robot(due.robot)?.goal());
-        for goal in goals.filter(|_| self.guide.is_none()) {
-            self.times.prepare(traffic.roads, goal);
+        if self.guide.is_none() {
+            self.prepare_times(traffic, batch);
         }
         let congestion = &self.congestion;
         let estimates = Estimates {
