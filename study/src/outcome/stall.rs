@@ -113,10 +113,21 @@ impl FindingEntry {
     }
 }
 
+impl Stall {
+    /// Returns the time in words, such as `from 1:40 min on`.
+    pub fn span(&self) -> String {
+        let from = clock(self.from_secs);
+        match self.until_secs {
+            Some(until_secs) => format!("from {from} to {}", clock(until_secs)),
+            None => format!("from {from} on"),
+        }
+    }
+}
+
 impl fmt::Display for Stall {
     /// Writes what happened to whom, and when.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, from_secs, robots, waits_for, .. } = self;
+        let Self { kind, robots, waits_for, .. } = self;
         let names: Vec<String> = robots.iter().take(MOST_NAMED).map(u32::to_string).collect();
         let noun = if robots.len() == 1 { "robot" } else { "robots" };
         let more = match robots.len().saturating_sub(MOST_NAMED) {
@@ -124,15 +135,11 @@ impl fmt::Display for Stall {
             more => format!(" and {more} more"),
         };
         let who = format!("{noun} {}{more}", names.join(", "));
-        let from = clock(*from_secs);
-        let until = match self.until_secs {
-            Some(until_secs) => format!("from {from} to {}", clock(until_secs)),
-            None => format!("from {from} on"),
-        };
+        let span = self.span();
         match kind {
-            StallKind::Standstill => write!(f, "all robots with orders stand {until}: {who}")?,
-            StallKind::Livelock => write!(f, "robots drive {until} without any arrival: {who}")?,
-            StallKind::Stuck => write!(f, "{who} stands with an order {until}")?,
+            StallKind::Standstill => write!(f, "all robots with orders stand {span}: {who}")?,
+            StallKind::Livelock => write!(f, "robots drive {span} without any arrival: {who}")?,
+            StallKind::Stuck => write!(f, "{who} stands with an order {span}, while others drive")?,
         }
         if let Some([x, y]) = self.place {
             let first = if robots.len() == 1 { "" } else { ", the first of them" };
@@ -189,7 +196,7 @@ mod tests {
                  of them at (1.0, 2.5) m",
                 "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
                  at (1.0, 2.5) m (0 waits for 1, 1 waits for 2)",
-                "robot 3 stands with an order from 1:40 min on at (1.0, 2.5) m",
+                "robot 3 stands with an order from 1:40 min on, while others drive, at (1.0, 2.5) m",
             ]
         );
     }

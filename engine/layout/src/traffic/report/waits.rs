@@ -7,6 +7,7 @@ use super::{Remark, Topic};
 use crate::model::value::{plural, shorten};
 use crate::model::zones::{Zone, ZoneRule};
 use crate::traffic::InTheWay;
+use crate::traffic::rings::{Others, Rings};
 use crate::traffic::room::{Certainty, Count};
 use crate::traffic::stations::{BlockingStation, Effect};
 
@@ -46,14 +47,7 @@ impl Writer<'_> {
             remarks.push(Remark { robots, ..Remark::new(Topic::Ring, message).about(&[a, b]) });
         }
         remarks.extend(rings.smallest.iter().map(|ring| self.ring(ring)));
-        if rings.certainty == Certainty::Bound {
-            let others = match rings.smallest.as_slice() {
-                [] => "it isn't known whether there are any",
-                _ => "there may be more, and smaller ones than those here",
-            };
-            let message = format!("the search for rings of 3 robots or more was stopped: {others}");
-            remarks.push(Remark::new(Topic::Ring, message));
-        }
+        remarks.extend(other_rings(rings));
         remarks.extend(self.safe());
         remarks
     }
@@ -124,6 +118,26 @@ fn zone(zone: &Zone) -> String {
         ZoneRule::SameDirection => "one direction at a time".to_owned(),
     };
     format!("`{}`: {rule}", shorten(&zone.name))
+}
+
+/// The line about rings that aren't listed, if there are any or it isn't known.
+fn other_rings(rings: &Rings) -> Option<Remark> {
+    let message = match (rings.others, rings.smallest.last().map(Vec::len)) {
+        (Others::None, _) => return None,
+        (Others::Unknown, None) => {
+            "the search for rings of 3 robots or more was stopped: it isn't known whether there are \
+             any"
+            .to_owned()
+        }
+        (Others::Unknown, Some(robots)) => format!(
+            "the search for more rings was stopped: there may be others of {robots} robots or more"
+        ),
+        (Others::Some, robots) => format!(
+            "more rings, of {} robots or more, aren't listed: these are the smallest ones",
+            robots.unwrap_or_default()
+        ),
+    };
+    Some(Remark::new(Topic::Ring, message))
 }
 
 fn pairs_of_nodes(count: usize) -> String {
