@@ -136,14 +136,17 @@ impl fmt::Display for Stall {
         };
         let who = format!("{noun} {}{more}", names.join(", "));
         let span = self.span();
+        let at = match (self.place, robots.len()) {
+            (None, _) => String::new(),
+            (Some([x, y]), 1) => format!(" at ({x:.1}, {y:.1}) m"),
+            (Some([x, y]), _) => format!(", the first of them at ({x:.1}, {y:.1}) m"),
+        };
         match kind {
-            StallKind::Standstill => write!(f, "all robots with orders stand {span}: {who}")?,
-            StallKind::Livelock => write!(f, "robots drive {span} without any arrival: {who}")?,
-            StallKind::Stuck => write!(f, "{who} stands with an order {span}, while others drive")?,
-        }
-        if let Some([x, y]) = self.place {
-            let first = if robots.len() == 1 { "" } else { ", the first of them" };
-            write!(f, "{first} at ({x:.1}, {y:.1}) m")?;
+            StallKind::Standstill => write!(f, "all robots with orders stand {span}: {who}{at}")?,
+            StallKind::Livelock => write!(f, "robots drive {span} without any arrival: {who}{at}")?,
+            StallKind::Stuck => {
+                write!(f, "{who} stands{at} with an order {span}, while others drive")?;
+            }
         }
         let waits: Vec<String> = waits_for
             .iter()
@@ -196,7 +199,7 @@ mod tests {
                  of them at (1.0, 2.5) m",
                 "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
                  at (1.0, 2.5) m (0 waits for 1, 1 waits for 2)",
-                "robot 3 stands with an order from 1:40 min on, while others drive, at (1.0, 2.5) m",
+                "robot 3 stands at (1.0, 2.5) m with an order from 1:40 min on, while others drive",
             ]
         );
     }

@@ -188,14 +188,18 @@ fn without_progress(variant: &VariantAnswer, knee: &KneeAnswer, minutes: f64) ->
 /// Tells how many runs of a number of robots don't count, and what happened in the first of them.
 fn without_count(point: &PointAnswer, minutes: f64) -> String {
     let stalled: Vec<&RunAnswer> = point.stalled().collect();
-    let do_not = if stalled.len() == 1 { "doesn't" } else { "don't" };
+    let (do_not, in_it) = match stalled.len() {
+        1 => ("doesn't", "in it"),
+        _ => ("don't", "in the first of them"),
+    };
     let first = stalled.first().map_or_else(String::new, |run| {
-        let noun = if run.finished_orders == 1 { "order was" } else { "orders were" };
-        format!(
-            ": {}, and {} {noun} finished in its {minutes:.0} min",
-            what_happened(&run.stalls, point.robots),
-            run.finished_orders
-        )
+        let orders = match run.finished_orders {
+            0 => "no order was".to_owned(),
+            1 => "1 order was".to_owned(),
+            orders => format!("{orders} orders were"),
+        };
+        let happened = what_happened(&run.stalls, point.robots);
+        format!(": {in_it}, {happened}, and {orders} finished in {minutes:.0} min")
     });
     format!(
         "With {}, {} of {} runs {do_not} count{first}.",
@@ -224,7 +228,8 @@ fn what_happened(stalls: &[Stall], robots: u32) -> String {
 /// Tells the number up to which further robots bring much, if it is another than that of the knee.
 fn half(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
     // Below the first number that was tried nothing is known.
-    let is_known = variant.points.first().is_some_and(|point| point.robots < knee.half);
+    let is_first = variant.points.first().is_none_or(|point| point.robots >= knee.half);
+    let is_known = !is_first && known_orders(variant, knee.half).is_some();
     (is_known && knee.half < knee.robots).then(|| {
         format!(
             " Up to {}, each further one brings on average at least half of {}.",
@@ -248,17 +253,23 @@ pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
                 "up to this number, each further robot brings on average at least {part} % of {}",
                 alone(variant)
             );
-            rows.push(number(variant, robots, rule));
+            rows.extend(number(variant, robots, rule));
         }
     }
-    rows.push(number(variant, *most, "the most of all numbers that were tried".to_owned()));
-    Some(Block::Table(rows))
+    rows.extend(number(variant, *most, "the most of all numbers that were tried".to_owned()));
+    (rows.len() > 1).then_some(Block::Table(rows))
 }
 
-fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Vec<String> {
-    let point = variant.points.iter().find(|point| point.robots == robots);
-    let orders = point.and_then(|point| point.orders_per_hour);
-    vec![robots.to_string(), orders.map_or_else(String::new, |o| orders_in_words(&o)), rule]
+/// The row of a number of robots whose throughput is known.
+fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Option<Vec<String>> {
+    let orders = known_orders(variant, robots)?;
+    Some(vec![robots.to_string(), with_interval(&orders), rule])
+}
+
+/// Returns the throughput of a number of robots, if it is known.
+fn known_orders(variant: &VariantAnswer, robots: u32) -> Option<Interval> {
+    let point = variant.points.iter().find(|point| point.robots == robots)?;
+    point.orders_per_hour.filter(is_known)
 }
 
 /// Whether more robots than those of the knee carry clearly less.

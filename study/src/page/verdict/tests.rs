@@ -70,8 +70,8 @@ fn nothing_is_said_of_numbers_that_were_not_tried() {
     assert_eq!(
         said,
         "2 robots, which carry 40.0 ± 1.0 orders an hour. With 4 robots, 1 of 2 runs doesn't \
-         count: one of 4 stood with an order from 17:00 min on while others drove, and 31 orders \
-         were finished in its 20 min. Neither this number nor a larger one that was tried is an \
+         count: in it, one of 4 stood with an order from 17:00 min on while others drove, and 31 \
+         orders were finished in 20 min. Neither this number nor a larger one that was tried is an \
          answer; 3 wasn't tried."
     );
     assert!(!said.contains("no larger fleet"));
@@ -87,7 +87,8 @@ fn a_range_says_what_larger_numbers_bring() {
         said.starts_with(
             "2 robots, which carry 40.0 ± 1.0 orders an hour. With 3 or 4, each further robot \
              brings on average less than 1 % of what one brings alone. With 8 robots, 2 of 2 runs \
-             don't count: robots drove from 17:00 min on without any arrival"
+             don't count: in the first of them, robots drove from 17:00 min on without any \
+             arrival, and 5 orders"
         ),
         "{said}"
     );
@@ -103,9 +104,9 @@ fn without_a_number_that_counts_there_is_no_answer() {
     let said = said(&answer("1,2", fate));
     assert_eq!(
         said,
-        "not known. With 1 robot, 2 of 2 runs don't count: all robots with orders stood from \
-         17:00 min on, and 1 order was finished in its 20 min. No number of robots that was tried \
-         is an answer."
+        "not known. With 1 robot, 2 of 2 runs don't count: in the first of them, all robots with orders \
+         stood from 17:00 min on, and 1 order was finished in 20 min. No number of robots that was \
+         tried is an answer."
     );
 }
 
