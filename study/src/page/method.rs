@@ -13,7 +13,7 @@ pub(super) fn method(answer: &Answer) -> Vec<String> {
                  disturbances, and differences are paired, seed by seed (Law, 10.2.1 and 11.2).";
     vec![
         runs(answer),
-        ticks(&answer.method),
+        ticks(),
         span,
         intervals(&answer.method),
         seeds.to_owned(),
