@@ -16,8 +16,11 @@ pub(super) fn of_least(variant: &VariantAnswer, least: &LeastAnswer) -> String {
     let figures = variant.points.iter().find(|point| point.robots == robots);
     let figures = figures.map(|point| met(&point.targets)).unwrap_or_default();
     let meets = if robots == 1 { "meets" } else { "meet" };
+    // One fewer was tried, unless the numbers were given, or begin here.
+    let is_least = robots == 1 || variant.points.iter().any(|point| point.robots + 1 == robots);
+    let of_tried = if is_least { "" } else { " of the numbers that were tried" };
     let mut text = format!(
-        "{}: the least that {meets} the targets, with 95 % confidence: {figures}.",
+        "{}: the least{of_tried} that {meets} the targets, with 95 % confidence: {figures}.",
         robots_in_words(robots)
     );
     if let Some(binding) = &least.binding {
@@ -43,14 +46,16 @@ fn listed(numbers: &[u32]) -> String {
 }
 
 fn of_none(variant: &VariantAnswer, least: &LeastAnswer) -> String {
-    let tried = format!("up to {}", robots_in_words(least.most));
+    let none =
+        format!("none of the numbers that were tried, up to {}", robots_in_words(least.most));
     let Some(binding) = &least.binding else {
         let reason = variant.failure().unwrap_or("no run has figures");
-        return format!("no fleet of {tried} meets the targets: {reason}.");
+        return format!("{none}, meets the targets: {reason}.");
     };
     format!(
-        "no fleet of {tried} meets the targets. {} come closest: {}.",
+        "{none}, meets the targets. {} {} closest: {}.",
         robots_in_words(binding.robots),
+        if binding.robots == 1 { "comes" } else { "come" },
         missed(binding)
     )
 }

@@ -177,10 +177,14 @@ fn without_progress(variant: &VariantAnswer, knee: &KneeAnswer, minutes: f64) ->
         1 => "This number isn't an answer",
         _ => "Neither this number nor a larger one that was tried is an answer",
     };
-    let between = match (tried.last().map_or(0, |point| point.robots), from) {
-        (before, from) if from - before <= 1 => String::new(),
-        (before, from) if from - before == 2 => format!("; {} wasn't tried", before + 1),
-        (before, from) => format!("; no number from {} to {} was tried", before + 1, from - 1),
+    let without_figures = variant.failed.iter().chain(&variant.no_room);
+    let tried = tried.iter().map(|point| point.robots);
+    let tried = tried.chain(without_figures.map(|(robots, _)| *robots));
+    let before = tried.filter(|robots| *robots < from).max().unwrap_or(knee.robots);
+    let between = match from - before {
+        ..=1 => String::new(),
+        2 => format!("; {} wasn't tried", before + 1),
+        _ => format!("; no number from {} to {} was tried", before + 1, from - 1),
     };
     Some(format!(" {} {verdict}{between}.", without_count(&rest[0], minutes)))
 }
@@ -256,7 +260,11 @@ pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
             rows.extend(number(variant, robots, rule));
         }
     }
-    rows.extend(number(variant, *most, "the most of all numbers that were tried".to_owned()));
+    rows.extend(number(
+        variant,
+        *most,
+        "the most of all numbers that were tried and count".to_owned(),
+    ));
     (rows.len() > 1).then_some(Block::Table(rows))
 }
 

@@ -29,7 +29,11 @@ fn plan(robots: &str) -> Plan {
 
 /// The answer of a study of runs with a fate each.
 fn answer(robots: &str, fate: impl Fn(u32, u64) -> RunResult) -> Answer {
-    let (plan, mut known) = (plan(robots), Known::new());
+    answer_to(plan(robots), fate)
+}
+
+fn answer_to(plan: Plan, fate: impl Fn(u32, u64) -> RunResult) -> Answer {
+    let mut known = Known::new();
     let curve = loop {
         match next(&plan.question, &plan.robots, &plan.precision, &known) {
             Step::Done(curve) => break curve,
@@ -120,6 +124,25 @@ fn a_lack_of_room_is_no_failure() {
         said,
         "2 robots, which carry 40.0 ± 1.0 orders an hour. There is no room for 4 robots: 3 of 4 \
          robots fit."
+    );
+}
+
+#[test]
+fn the_least_of_a_list_is_that_of_the_list() {
+    let said = |robots: &str| {
+        let target = "40 orders/h".parse().expect("a target");
+        let plan = Plan { question: Question::Least(vec![target]), ..plan(robots) };
+        said(&answer_to(plan, |robots, _| Ok(measured(f64::from(robots) * 20.0))))
+    };
+    let (list, neighbours, none) = (said("1,4"), said("1,2,3"), said("1"));
+    assert!(
+        list.starts_with("4 robots: the least of the numbers that were tried that meet the"),
+        "{list}"
+    );
+    assert!(neighbours.starts_with("3 robots: the least that meet the targets"), "{neighbours}");
+    assert!(
+        none.starts_with("none of the numbers that were tried, up to 1 robot, meets the targets"),
+        "{none}"
     );
 }
 
