@@ -134,13 +134,13 @@ impl Certificate {
     /// any zone lets in at once.
     pub fn safe_robots(&self) -> Option<u32> {
         let rings = &self.rings;
-        let by_rings = match (self.sinks.is_empty(), rings.fewest(), rings.certainty()) {
+        let by_rings = match (self.sinks.is_empty(), rings.fewest(), rings.certainty) {
             (false, _, _) => Some(0),
             (true, None, Certainty::Exact) => None,
             (true, Some(2), _) => Some(1),
-            (true, Some(robots), _) => Some(robots as u32 - 1),
+            (true, Some(robots), Certainty::Exact) => Some(robots as u32 - 1),
             // All pairs are known: there is none.
-            (true, None, Certainty::Bound) => Some(2),
+            (true, _, Certainty::Bound) => Some(2),
         };
         let by_zones = self.zones.iter().map(|zone| safe_in(zone.rule)).min();
         by_rings.into_iter().chain(by_zones).min()

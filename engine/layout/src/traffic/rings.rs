@@ -32,11 +32,14 @@ pub struct Rings {
     pub pair: Option<(NodeIndex, NodeIndex)>,
     /// The smallest rings of three robots or more, smallest first: at most [`MOST_RINGS`].
     pub smallest: Vec<Vec<NodeIndex>>,
-    /// The rings of three robots or more that aren't among the smallest ones here.
+    /// The rings of three robots or more that aren't among those here.
     pub others: Others,
+    /// Exact if no ring of three robots or more is smaller than the smallest one here, and there is
+    /// none at all if there is none here.
+    pub certainty: Certainty,
 }
 
-/// The rings that a search hasn't returned. None of them is smaller than those that it has.
+/// The rings that a search hasn't returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Others {
     /// There are none.
@@ -51,15 +54,6 @@ impl Rings {
     /// The fewest robots that may all wait for the next one; `None` if no ring is known.
     pub fn fewest(&self) -> Option<usize> {
         if self.pairs > 0 { Some(2) } else { self.smallest.first().map(Vec::len) }
-    }
-
-    /// Exact if no ring of three robots or more is smaller than the smallest one here, and there is
-    /// none at all if there is none here.
-    pub fn certainty(&self) -> Certainty {
-        match (self.smallest.is_empty(), self.others) {
-            (true, Others::Unknown) => Certainty::Bound,
-            _ => Certainty::Exact,
-        }
     }
 }
 
@@ -79,8 +73,11 @@ pub fn rings(network: &Network<'_>, conflicts: &Conflicts) -> Rings {
     let one_sided = Rows::of_sorted(network.nodes() as usize, one_sided);
     let mut search = Search::new(conflicts, &waits, &one_sided);
     let others = search.run();
+    let is_unknown = search.found.is_empty() && others == Others::Unknown;
+    let certainty = if is_unknown { Certainty::Bound } else { search.certainty };
     let smallest = search.found.into_iter().map(|ring| ring.into_iter().map(NodeIndex).collect());
-    Rings { pairs: pairs.len(), pair: pairs.first().copied(), smallest: smallest.collect(), others }
+    let smallest = smallest.collect();
+    Rings { pairs: pairs.len(), pair: pairs.first().copied(), smallest, others, certainty }
 }
 
 /// By node: the nodes for whose robots a robot may wait.
@@ -135,6 +132,8 @@ struct Search<'a> {
     distance: Vec<u32>,
     /// The first rings.
     found: Vec<Vec<u32>>,
+    /// Exact if they are the smallest ones.
+    certainty: Certainty,
 }
 
 /// The reason to end a search.
@@ -152,7 +151,8 @@ impl<'a> Search<'a> {
             .flat_map(|node| one_sided.row(node).iter().map(move |&other| (other, node)));
         let waiting = Rows::new(count, backwards.collect());
         let distance = vec![u32::MAX; count];
-        Self { conflicts, waits, one_sided, waiting, steps: 0, distance, found: Vec::new() }
+        let (found, certainty) = (Vec::new(), Certainty::Exact);
+        Self { conflicts, waits, one_sided, waiting, steps: 0, distance, found, certainty }
     }
 
     /// Finds the smallest rings, and says whether there are others.
@@ -169,7 +169,14 @@ impl<'a> Search<'a> {
         let nodes = self.nodes_in_cycles();
         let (mut done, mut limit) = (2, FIRST_ROBOTS);
         while done < nodes.len() {
-            let starts = self.starts(&nodes, limit)?;
+            let starts = self.starts(&nodes, limit);
+            if self.check_steps().is_err() {
+                return if self.found.is_empty() {
+                    self.find_some(starts)
+                } else {
+                    Err(Stop::TooLong)
+                };
+            }
             for robots in done + 1..=limit.min(nodes.len()) {
                 for start in starts.iter().filter(|start| start.fewest <= robots) {
                     self.find_from(start.node, robots)?;
@@ -189,8 +196,19 @@ impl<'a> Search<'a> {
         nodes.filter(|&node| !waits[node as usize] && !waited_for[node as usize]).collect()
     }
 
-    /// Returns the nodes with which rings of at most `limit` robots may begin.
-    fn starts(&mut self, nodes: &[u32], limit: usize) -> Result<Vec<Start>, Stop> {
+    /// Finds the smallest rings that begin with some nodes, when there is no time for all of them.
+    fn find_some(&mut self, mut starts: Vec<Start>) -> Result<(), Stop> {
+        starts.sort_by_key(|start| (start.fewest, start.node));
+        (self.steps, self.certainty) = (0, Certainty::Bound);
+        for start in starts {
+            self.find_from(start.node, start.fewest)?;
+        }
+        Err(Stop::TooLong)
+    }
+
+    /// Returns the nodes with which rings of at most `limit` robots may begin; not all of them if
+    /// that takes too many steps.
+    fn starts(&mut self, nodes: &[u32], limit: usize) -> Vec<Start> {
         let mut starts = Vec::new();
         for &node in nodes {
             let reached = self.set_distances(node, limit);
@@ -202,9 +220,11 @@ impl<'a> Search<'a> {
                     .map(|distance| Start { node, fewest: distance as usize + 1 }),
             );
             self.forget_distances(&reached);
-            self.check_steps()?;
+            if self.check_steps().is_err() {
+                break;
+            }
         }
-        Ok(starts)
+        starts
     }
 
     /// Finds the rings of so many robots that begin with a node and have later nodes otherwise.

@@ -122,19 +122,21 @@ fn zone(zone: &Zone) -> String {
 
 /// The line about rings that aren't listed, if there are any or it isn't known.
 fn other_rings(rings: &Rings) -> Option<Remark> {
-    let message = match (rings.others, rings.smallest.last().map(Vec::len)) {
+    let last = rings.smallest.last().map_or(3, Vec::len);
+    let stopped = "the search for rings of 3 robots or more was stopped";
+    let message = match (rings.others, rings.certainty) {
         (Others::None, _) => return None,
-        (Others::Unknown, None) => {
-            "the search for rings of 3 robots or more was stopped: it isn't known whether there are \
-             any"
-            .to_owned()
+        (_, Certainty::Bound) if rings.smallest.is_empty() => {
+            format!("{stopped}: it isn't known whether there are any")
         }
-        (Others::Unknown, Some(robots)) => format!(
-            "the search for more rings was stopped: there may be others of {robots} robots or more"
-        ),
-        (Others::Some, robots) => format!(
-            "more rings, of {} robots or more, aren't listed: these are the smallest ones",
-            robots.unwrap_or_default()
+        (_, Certainty::Bound) => {
+            format!("{stopped}: there may be more, and smaller ones than those here")
+        }
+        (Others::Unknown, Certainty::Exact) => {
+            format!("{stopped}: there may be more, of {last} robots or more")
+        }
+        (Others::Some, Certainty::Exact) => format!(
+            "more rings, of {last} robots or more, aren't listed: these are the smallest ones"
         ),
     };
     Some(Remark::new(Topic::Ring, message))

@@ -94,7 +94,7 @@ proptest! {
         let mut larger: Vec<usize> = larger.collect();
         larger.sort_unstable();
         let rings = &certificate.rings;
-        prop_assert_eq!(rings.certainty(), Certainty::Exact);
+        prop_assert_eq!(rings.certainty, Certainty::Exact);
         prop_assert_eq!(rings.pairs, pairs);
         let has_others = larger.len() > MOST_RINGS;
         prop_assert_eq!(rings.others, if has_others { Others::Some } else { Others::None });
