@@ -225,7 +225,7 @@ fn draw(
     let progress = Progress::start(format!("reading {}", file.name()), 0);
     let graph = file.read()?;
     progress.set_current("drawing");
-    let map = match traffic.robot()? {
+    let map = match traffic.robot_on(&graph, &file.options())? {
         None => draw::svg(&graph),
         Some(robot) => draw::svg_with_traffic(&graph, &Certificate::new(&graph, &robot)),
     };

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use regatta_base::file;
 use regatta_layout::traffic::{Certificate, MainPart, RobotType};
-use regatta_layout::{NodeIndex, Role, RouteGraph};
+use regatta_layout::{NodeIndex, ReadOptions, Role, RouteGraph};
 use regatta_scenario::{default_scenario, limits};
 
 use crate::arguments::LayoutArgs;
@@ -140,17 +140,19 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
          `scenario.yaml` has the robot types (size, speed, acceleration, rotation), {load}:\n\
          change them to those of your plant.\n{}",
         counts(graph),
-        allowed(graph)
+        allowed(graph, &layout.options())
     )
 }
 
 /// Returns a section on what the layout allows robots.
-fn allowed(graph: &RouteGraph) -> String {
+fn allowed(graph: &RouteGraph, options: &ReadOptions) -> String {
     if graph.edges().len() > MOST_EXAMINED {
         return String::new();
     }
-    let certificate = Certificate::new(graph, &RobotType::default());
-    let mut text = String::from("\n## What the layout allows robots of 0.9 m × 0.6 m\n\n");
+    let robot = RobotType::of_layout(graph, options);
+    let (length, width) = (robot.length(), robot.width());
+    let certificate = Certificate::new(graph, &robot);
+    let mut text = format!("\n## What the layout allows robots of {length} m × {width} m\n\n");
     for sentence in certificate.sentences(graph, MOST_REMARKS) {
         text += &format!("- {sentence}\n");
     }

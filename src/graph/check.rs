@@ -46,7 +46,7 @@ pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCod
                 with_plural(graph.edges().len(), "edge"),
                 with_plural(graph.nodes().len(), "node")
             );
-            let robot = traffic.robot()?;
+            let robot = traffic.robot_on(&graph, &file.options())?;
             let traffic = robot.map(|robot| Traffic::new(&graph, robot.into()));
             Checked { traffic, ..Checked::route_graph(Some(content), findings) }
         }

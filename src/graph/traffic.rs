@@ -6,7 +6,7 @@ use clap::Args;
 use regatta_layout::traffic::{
     Certainty, Certificate, Remark, RobotType, RobotTypeError, Topic, Turning,
 };
-use regatta_layout::{EdgeIndex, NodeIndex, RouteGraph};
+use regatta_layout::{EdgeIndex, NodeIndex, ReadOptions, RouteGraph};
 use regatta_scenario::Scenario;
 use serde_json::{Value, json};
 
@@ -22,10 +22,11 @@ pub struct TrafficArgs {
     /// way
     #[arg(long)]
     traffic: bool,
-    /// Length of robots; 0.9, or that of a scenario's largest robots, if not given
+    /// Length of robots; that of a scenario's largest robots, or that of the robots that `regatta
+    /// run` puts on a layout, if not given
     #[arg(long, value_name = "METRES", requires = "traffic")]
     length: Option<f64>,
-    /// Width of robots; 0.6, or that of a scenario's largest robots, if not given
+    /// Width of robots; that of the same robots if not given
     #[arg(long, value_name = "METRES", requires = "traffic")]
     width: Option<f64>,
     /// Robots never turn on the spot
@@ -34,12 +35,20 @@ pub struct TrafficArgs {
 }
 
 impl TrafficArgs {
-    /// Returns the robots that a certificate of a layout is wanted for, if one is.
+    /// Returns the robots that a certificate of a layout is wanted for, if one is. `options` are
+    /// those with which it was read.
     ///
     /// # Errors
     /// Returns an error if a size is out of range.
-    pub fn robot(&self) -> Result<Option<RobotType>, Failure> {
-        Ok(if self.traffic { Some(self.robot_like(RobotType::default())?) } else { None })
+    pub fn robot_on(
+        &self,
+        graph: &RouteGraph,
+        options: &ReadOptions,
+    ) -> Result<Option<RobotType>, Failure> {
+        if !self.traffic {
+            return Ok(None);
+        }
+        Ok(Some(self.robot_like(RobotType::of_layout(graph, options))?))
     }
 
     /// The same for the layout of a scenario: what isn't given is that of its largest

@@ -44,7 +44,7 @@ struct Check {
     table: Table,
     /// The lines of rows that can't be used, and the reasons.
     problems: Vec<(usize, String)>,
-    /// Orders by the hour of their creation, from the first hour on.
+    /// Orders by the hour of their creation; hours without one aren't there.
     hours: BTreeMap<u64, u64>,
     /// Orders by their first and last stations.
     flows: BTreeMap<[String; 2], u64>,
@@ -71,12 +71,21 @@ impl Check {
         Self { table, problems, hours, flows, gap }
     }
 
-    /// The hours from the first to the last, with their orders.
-    fn by_hour(&self) -> Vec<(u64, u64)> {
-        let [first, last] = [self.hours.keys().next(), self.hours.keys().next_back()];
-        let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
-        let hours = *first..=*last;
-        hours.map(|hour| (hour, self.hours.get(&hour).copied().unwrap_or_default())).collect()
+    /// The lines of the hours from the first to the last, with their orders; one line for several
+    /// hours without orders.
+    fn by_hour(&self) -> String {
+        let (mut text, mut next) = (String::new(), None);
+        for (&hour, orders) in &self.hours {
+            // Writing to a `String` never fails.
+            let _ = match hour - next.unwrap_or(hour) {
+                0 => Ok(()),
+                1 => writeln!(text, "{:>4}  {:>6}", hour - 1, 0),
+                empty => writeln!(text, "{:>4} to {}: none", hour - empty, hour - 1),
+            };
+            let _ = writeln!(text, "{hour:>4}  {orders:>6}");
+            next = Some(hour + 1);
+        }
+        text
     }
 
     /// The flows, the largest first.
@@ -95,10 +104,8 @@ impl Check {
             .collect();
         let rows =
             self.problems.iter().map(|(line, reason)| json!({"line": line, "reason": reason}));
-        let hours = self
-            .by_hour()
-            .into_iter()
-            .map(|(hour, orders)| json!({"hour": hour, "orders": orders}));
+        let hours = self.hours.iter();
+        let hours = hours.map(|(hour, orders)| json!({"hour": hour, "orders": orders}));
         let flows = self
             .by_size()
             .into_iter()
@@ -127,16 +134,12 @@ impl Check {
             let _ = writeln!(text, "begin         {begin}, which is time 0 of a run");
         }
         if let Some([from, to]) = self.gap {
-            let (minutes, from) = ((to - from) / 60.0, from / HOUR_SECS);
-            let _ = writeln!(
-                text,
-                "longest gap   {minutes:.0} min without an order, {from:.1} h after the begin"
-            );
+            let (gap, from) = (in_words(to - from), from / HOUR_SECS);
+            let _ =
+                writeln!(text, "longest gap   {gap} without an order, {from:.1} h after the begin");
         }
         text += "\nhour  orders\n";
-        for (hour, orders) in self.by_hour() {
-            let _ = writeln!(text, "{hour:>4}  {orders:>6}");
-        }
+        text += &self.by_hour();
         text += "\norders  from → to\n";
         let flows = self.by_size();
         for ([from, to], orders) in flows.iter().take(MOST_FLOWS) {
@@ -165,6 +168,15 @@ impl Check {
             let _ = writeln!(text, "not used      {}", unused.join(", "));
         }
         text
+    }
+}
+
+/// Returns a time in minutes, hours or days.
+fn in_words(secs: f64) -> String {
+    match secs / HOUR_SECS {
+        ..10.0 => format!("{:.0} min", secs / 60.0),
+        hours @ ..48.0 => format!("{hours:.1} h"),
+        hours => format!("{:.0} days", hours / 24.0),
     }
 }
 

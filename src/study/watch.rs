@@ -128,7 +128,11 @@ impl Watcher for Terminal {
     fn fail(&self, run: &str, failure: &RunFailure) {
         // Many runs mostly fail for the same reason.
         if self.failures.borrow_mut().insert(failure.to_string()) {
-            self.say(&format!("{run} failed: {failure}"));
+            let line = match failure {
+                RunFailure::NoRoom(reason) => format!("{run}: no room: {reason}"),
+                RunFailure::Failed(reason) => format!("{run} failed: {reason}"),
+            };
+            self.say(&line);
         }
     }
 

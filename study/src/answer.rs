@@ -198,6 +198,10 @@ pub struct RunAnswer {
     pub digest: String,
     /// Finished orders an hour.
     pub orders_per_hour: f64,
+    /// Orders that were finished in the whole run, the warm-up included.
+    pub finished_orders: u64,
+    /// Orders that waited for a long time.
+    pub unserved: u64,
     /// Times in which robots with orders made no progress. The figures of such a run aren't those
     /// of traffic.
     pub stalls: Vec<Stall>,
@@ -313,6 +317,7 @@ impl VariantAnswer {
                     .map(|point| point.robots),
             })
         });
+        let robot = variant.robot();
         Self {
             name: variant.name.clone(),
             load: variant.load_in_words(),
@@ -320,7 +325,7 @@ impl VariantAnswer {
             is_load_made_up: variant.is_load_made_up(),
             is_load_endless: variant.is_load_endless(),
             other_stops: variant.other_stops.clone(),
-            robot_size: variant.size(),
+            robot_size: [robot.length(), robot.width()],
             edges: variant.graph.edges().len(),
             nodes: variant.graph.nodes().len(),
             contacts: points.iter().map(|point| point.contacts).sum(),
@@ -347,6 +352,8 @@ impl PointAnswer {
             seed,
             digest: run.digest.clone(),
             orders_per_hour: run.orders_per_hour,
+            finished_orders: run.finished_orders,
+            unserved: run.unserved,
             stalls: run.stalls.clone(),
             examples: run.examples.clone(),
         });

@@ -1,6 +1,6 @@
 //! The traffic that the layout of a study allows its robots, before any run.
 
-use regatta_layout::traffic::{Certificate, RobotType, Turning, most_under_way};
+use regatta_layout::traffic::{Certificate, most_under_way};
 
 use crate::plan::Variant;
 
@@ -10,25 +10,19 @@ const MOST_REMARKS: usize = 3;
 const MOST_EDGES: usize = 150_000;
 
 /// Returns sentences about what the roads of a variant allow its robots, the most important
-/// topics first; none for large layouts, or robots that a certificate can't describe.
+/// topics first; none for large layouts.
 pub fn certificate(variant: &Variant) -> Vec<String> {
-    let [length, width] = variant.size();
-    let robot = RobotType::new(length, width, Turning::OnTheSpot);
-    match (robot, variant.graph.edges().len()) {
-        (Ok(robot), 0..=MOST_EDGES) => {
-            Certificate::new(&variant.graph, &robot).sentences(&variant.graph, MOST_REMARKS)
-        }
-        _ => Vec::new(),
+    if variant.graph.edges().len() > MOST_EDGES {
+        return Vec::new();
     }
+    Certificate::new(&variant.graph, &variant.robot()).sentences(&variant.graph, MOST_REMARKS)
 }
 
 /// Returns the largest number of robots that the roads of a variant let under way at once; `None`
-/// for large layouts, or robots that a certificate can't describe.
+/// for large layouts.
 pub fn most_robots(variant: &Variant) -> Option<u32> {
-    let [length, width] = variant.size();
-    let robot = RobotType::new(length, width, Turning::OnTheSpot).ok()?;
     let is_small = variant.graph.edges().len() <= MOST_EDGES;
     is_small
-        .then(|| most_under_way(&variant.graph, &robot).at_nodes.robots)
+        .then(|| most_under_way(&variant.graph, &variant.robot()).at_nodes.robots)
         .filter(|most| *most > 0)
 }

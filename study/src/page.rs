@@ -1,6 +1,7 @@
 //! The page of a study: the same content as HTML with its pictures in it, and as Markdown with
 //! pictures beside it.
 
+mod caveats;
 mod chart;
 mod content;
 mod heat_map;

@@ -163,4 +163,4 @@ fn points(wanted: &BTreeMap<u32, u64>, known: &Known) -> Curve {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -429,6 +429,22 @@ fn traffic_is_examined_for_the_robots_that_are_given() {
 }
 
 #[test]
+fn a_grid_is_examined_for_the_robots_that_run_on_it() {
+    let grid = graphs("imported/movingai/empty-8-8.map");
+    let output = regatta_graph(&["check", "--traffic"], Some(&grid));
+    let printed = text(&output.stdout);
+    assert!(printed.contains("traffic of robots of 0.6 m × 0.6 m"), "{printed}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let plant = folder.path().join("plant");
+    let output = regatta().arg("new").arg(&grid).arg("--output").arg(&plant).output();
+    assert!(output.expect("regatta starts").status.success());
+    let readme = std::fs::read_to_string(plant.join("README.md")).expect("a README");
+    assert!(readme.contains("robots of 0.6 m × 0.6 m"), "{readme}");
+    let scenario = std::fs::read_to_string(plant.join("scenario.yaml")).expect("a scenario");
+    assert!(scenario.contains("length: 0.6 ") && scenario.contains("width: 0.6"), "{scenario}");
+}
+
+#[test]
 fn a_scenario_is_examined_for_its_robots() {
     let output = regatta_graph(&["check", "--traffic"], Some(&graphs("warehouse-managed.yaml")));
     let printed = text(&output.stdout);

@@ -68,6 +68,20 @@ fn what_no_run_takes_is_a_line_too() {
 }
 
 #[test]
+fn hours_without_orders_share_a_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let day = folder.path().join("day.csv");
+    fs::write(&day, "from,to,time\n1,3,2019-05-01 08:10\n1,3,2026-05-01 09:20\n").expect("written");
+    let mut command = regatta();
+    command.args(["orders", "check"]).arg(day).arg("--plant").arg(graphs("square.yaml"));
+    let output = command.output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("   0       1\n   1 to 61368: none\n61369       1\n"), "{text}");
+    assert!(text.contains("longest gap   2557 days without an order"), "{text}");
+    assert!(text.lines().count() < 20, "{text}");
+}
+
+#[test]
 fn json_has_all_of_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let (code, text) = check(folder.path(), &["--json"]);

@@ -29,8 +29,6 @@ const FAILED: &str = " failed: ";
 const NO_SUCCESS: &str = "no run has succeeded";
 /// The beginning of the message of a study that has failed.
 const ERROR: &str = "regatta: ";
-/// Words in the message that a plant holds fewer robots.
-const NO_ROOM: &str = " robots fit where ";
 /// The longest reason in a report, in characters.
 const REASON: usize = 240;
 
@@ -226,9 +224,9 @@ fn longest_gap(outcome: &Outcome) -> f64 {
     longest
 }
 
-/// Returns the messages of runs that failed, unless the plant just holds fewer robots.
+/// Returns the messages of runs that failed; those of plants that hold fewer robots say otherwise.
 fn failures(messages: &str) -> Vec<String> {
-    let lines = messages.lines().filter(|line| line.contains(FAILED) && !line.contains(NO_ROOM));
+    let lines = messages.lines().filter(|line| line.contains(FAILED));
     lines.map(|line| shortened(line, REASON)).collect()
 }
 
@@ -346,7 +344,7 @@ mod tests {
     #[test]
     fn a_lack_of_room_is_no_failure() {
         let messages = "round 1: 0 of 10 runs done\n\
-                        16 robots, seed 1 failed: 8 of 16 robots fit where they wait\n\
+                        16 robots, seed 1: no room: 8 of 16 robots fit where they wait\n\
                         8 robots, seed 2 failed: the manager has ended\n\
                         regatta: a.yaml: no\n";
         assert_eq!(failures(messages), ["8 robots, seed 2 failed: the manager has ended"]);

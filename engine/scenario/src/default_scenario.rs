@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use regatta_base::graph::CRAWL;
-use regatta_layout::traffic::{self, MainPart};
+use regatta_layout::traffic::{self, MainPart, RobotType};
 use regatta_layout::{ReadOptions, RouteGraph};
 
 use crate::MadeUpLoad;
@@ -19,10 +19,6 @@ const MOST_ROBOTS: f64 = 1000.0;
 
 /// The most edges of a layout whose traffic is examined, which takes some seconds then.
 const MOST_EXAMINED: usize = 30_000;
-
-/// The side of the largest square robot that turns in a cell without leaving it, with some room, as
-/// a part of the cell's length.
-const PART_OF_CELL: f64 = 0.6;
 
 /// The part of the robots that can be under way, of which as many fit without a jam as a rule.
 const PART_UNDER_WAY: f64 = 0.25;
@@ -44,26 +40,26 @@ pub fn default_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
         text += "# The vehicle types of the layout: complete their sizes and limits. Robots are of \
                  the first.\n";
     }
-    let size = size(graph, options);
+    let robot = RobotType::of_layout(graph, options);
     let names = if names.is_empty() {
         vec!["amr".to_owned()]
     } else {
         names.iter().map(|name| quoted(name)).collect()
     };
     for name in &names {
-        text += &robot_type(name, size);
+        text += &robot_type(name, &robot);
     }
-    text + &fleet(graph, size)
+    text + &fleet(graph, &robot)
 }
 
 /// Returns the robots, their orders and the plugins.
-fn fleet(graph: &RouteGraph, [length, width]: [f64; 2]) -> String {
+fn fleet(graph: &RouteGraph, robot: &RobotType) -> String {
     let Some(main) = MainPart::of(graph) else {
         // Nothing keeps two of them apart where they come to an end.
         return "robots:\n- count: 1\n  routes: random\nplugins:\n- collision\n".to_owned();
     };
     let load = MadeUpLoad::new(&main.graph);
-    let robots = robots(&main, &load, [length, width]);
+    let robots = robots(&main, &load, robot);
     let load = load.section();
     let mut left_out = String::new();
     for part in &main.left_out {
@@ -104,15 +100,13 @@ fn is_crawling(graph: &RouteGraph) -> bool {
 
 /// Returns a number of robots that the layout allows without a jam: by the length of its roads, the
 /// robots that can be under way, and the number of stations.
-fn robots(main: &MainPart, load: &MadeUpLoad, [length, width]: [f64; 2]) -> u32 {
+fn robots(main: &MainPart, load: &MadeUpLoad, robot: &RobotType) -> u32 {
     let mut robots = by_length(&main.graph);
     if let Some(stations) = load.stations() {
         robots = robots.min((stations as f64 / 2.0).floor());
     }
-    if main.graph.edges().len() <= MOST_EXAMINED
-        && let Ok(robot) = traffic::RobotType::new(length, width, traffic::Turning::OnTheSpot)
-    {
-        let most = traffic::most_under_way(&main.graph, &robot).at_nodes.robots;
+    if main.graph.edges().len() <= MOST_EXAMINED {
+        let most = traffic::most_under_way(&main.graph, robot).at_nodes.robots;
         robots = robots.min((PART_UNDER_WAY * f64::from(most)).floor());
     }
     robots.max(1.0) as u32
@@ -140,7 +134,8 @@ fn vehicle_types(graph: &RouteGraph, options: &ReadOptions) -> Vec<String> {
 }
 
 /// Returns a robot type of a scenario.
-fn robot_type(name: &str, [length, width]: [f64; 2]) -> String {
+fn robot_type(name: &str, robot: &RobotType) -> String {
+    let (length, width) = (robot.length(), robot.width());
     format!(
         "- name: {name}\n  \
            length: {length:<26}# metres\n  \
@@ -150,30 +145,6 @@ fn robot_type(name: &str, [length, width]: [f64; 2]) -> String {
            max_rotation_speed: 1.0           # radians per second, on the spot\n  \
            max_rotation_acceleration: 2.0    # radians per second squared\n"
     )
-}
-
-/// Returns the length and the width of robots in metres: as wide as a roadmap was made for, if the
-/// layout is one, and small enough to turn in a cell, if it is a grid of cells.
-fn size(graph: &RouteGraph, options: &ReadOptions) -> [f64; 2] {
-    let width_mm = options.skeleton.map_or(600.0, |width| f64::from(width.0));
-    let most = cell_length(graph).map_or(f64::INFINITY, |length| PART_OF_CELL * length);
-    [1.5 * width_mm, width_mm].map(|side| (side / 1000.0).min(most))
-}
-
-/// Returns the length of a cell in metres if the layout is a grid of cells: all edges are equally
-/// long, and lead along an axis.
-fn cell_length(graph: &RouteGraph) -> Option<f64> {
-    let mut length = None;
-    for edge in graph.edges() {
-        let along = graph.node(edge.destination).position - graph.node(edge.origin).position;
-        let metres = along.abs().max_element();
-        let is_same = length.is_none_or(|length: f64| (length - metres).abs() < 1e-6);
-        if along.abs().min_element() > 1e-6 || !is_same {
-            return None;
-        }
-        length = Some(metres);
-    }
-    length
 }
 
 fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {

@@ -10,16 +10,16 @@ use super::{RobotGroup, Start};
 /// The largest number of places that a warning names.
 const MOST_NAMED: usize = 6;
 
-/// Returns a warning if robots on random walks will stop at a dead end.
-pub(super) fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
+/// Returns a warning if robots on random walks will stop where no way leads out.
+pub(super) fn no_way_out(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
     groups.iter().find(|group| matches!(group.start, Start::Random))?;
     let mut nodes = (0..).map(NodeIndex).zip(graph.nodes());
-    // Random walks drive forwards only, so that a leg in reverse gear doesn't leave a dead end.
+    // Random walks drive forwards only, so that a leg in reverse gear is no way out.
     let (_, node) = nodes
         .find(|(index, _)| graph.departures(*index).iter().all(|leg| leg.gear == Gear::Reverse))?;
     Some(format!(
-        "robots on random walks will stop at dead ends such as node {}: add an edge that leaves \
-         it, or give the robots routes",
+        "robots on random walks will stop at nodes without a way out, such as node {}: add an edge \
+         that leaves it, or give the robots routes",
         node.id
     ))
 }

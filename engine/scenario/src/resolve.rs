@@ -57,7 +57,7 @@ pub(super) fn resolve(
 
     let warnings = [
         uneven_rate(rate, publish_rate, ticks_per_frame),
-        places::dead_end(&groups, &graph),
+        places::no_way_out(&groups, &graph),
         places::cut_off(&groups, &graph),
         larger_unused_type(&groups, &robot_types),
         no_charger(&groups, &robot_types, &graph),

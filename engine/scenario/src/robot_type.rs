@@ -138,11 +138,12 @@ pub(super) fn robot_types(entries: Vec<RobotTypeEntry>) -> Result<Vec<RobotType>
 
 /// Returns the robot type of scenarios that list none.
 fn default_robot_type() -> RobotType {
+    let default = traffic::RobotType::default();
     RobotType {
         name: "amr".into(),
         shape: Shape::Rectangle,
-        length: 0.9,
-        width: 0.6,
+        length: default.length() as f32,
+        width: default.width() as f32,
         max_speed: f32::INFINITY,
         max_acceleration: f32::INFINITY,
         max_rotation_speed: 0.0,

@@ -121,6 +121,8 @@ pub struct Meter {
     robots: u64,
     effort: Vec<Effort>,
     orders: Orders,
+    /// By robot: whether it stood in the last frame.
+    stood: Vec<bool>,
     /// The robots that begin or end to wait for room in a frame, and whether they wait.
     turns: Vec<(u32, bool)>,
     samples_missed: u64,
@@ -171,10 +173,14 @@ impl Meter {
     fn effort(&mut self, columns: &Columns<'_>, activities: &[f32], secs: f64) -> Effort {
         let mut effort = Effort::default();
         self.robots = 0;
+        self.stood.resize(columns.state.len(), false);
         let mut robot_of = self.orders.robots_in_turn();
         for (robot, (&state, &speed)) in (0..).zip(columns.state.iter().zip(columns.speed)) {
             let Robot { work, is_waiting } = robot_of(robot);
-            let waits = waits(state, speed, work);
+            let stands = stands(state, speed);
+            // In the time of a frame in which it comes to stand, it has driven.
+            let has_stood = std::mem::replace(&mut self.stood[robot as usize], stands);
+            let waits = stands && has_stood && waits(state, work);
             if waits != is_waiting {
                 self.turns.push((robot, waits));
             }
@@ -223,12 +229,15 @@ impl Meter {
     }
 }
 
-/// Whether a robot waits for room: it waits for the release of its route, or stands without one
+/// Whether a robot stands, at the end of its released base or without a route.
+fn stands(state: u8, speed: f32) -> bool {
+    state == RobotState::Waiting as u8 || (state == RobotState::Idle as u8 && speed == 0.0)
+}
+
+/// Whether a robot that stands waits for room: for the release of its route, or for a route
 /// although it has an order and isn't at a stop.
-fn waits(state: u8, speed: f32, work: RobotWork) -> bool {
-    let is_held_back =
-        state == RobotState::Idle as u8 && speed == 0.0 && work.orders > 0 && work.at_stops == 0;
-    state == RobotState::Waiting as u8 || is_held_back
+fn waits(state: u8, work: RobotWork) -> bool {
+    state == RobotState::Waiting as u8 || (work.orders > 0 && work.at_stops == 0)
 }
 
 #[cfg(test)]
@@ -281,6 +290,23 @@ mod tests {
         assert_eq!(meter.figures().effort, []);
         meter.take_orders(&[of(OrderKind::Assigned)], 4, 0, 2);
         assert_eq!(meter.figures().samples_missed, 3, "it came too late for three");
+    }
+
+    #[test]
+    fn a_robot_that_arrives_and_goes_on_at_once_never_waits() {
+        let mut meter = Meter::default();
+        meter.begin(1, 0.1);
+        let of = |kind| OrderRecord::new(1, kind).of_robot(0);
+        meter.take_orders(&[of(OrderKind::Created), of(OrderKind::Assigned)], 1, 0, 0);
+        let (drives, idle, waits) = (RobotState::Driving, RobotState::Idle, RobotState::Waiting);
+        // It comes to a stop, drives on, and then waits from tick 3 to tick 5.
+        let frames = [drives, idle, drives, waits, waits, waits, drives];
+        for (tick, state) in (0..).zip(frames) {
+            let speed = if state == drives { 1.0 } else { 0.0 };
+            meter.take_frame(&columns(&[speed], &[state as u8]), &[], tick);
+        }
+        let waiting_secs = meter.figures().effort[0].waiting_secs;
+        assert!((waiting_secs - 0.2).abs() < 1e-9, "{waiting_secs}");
     }
 
     #[test]

@@ -115,7 +115,7 @@ class EventKind(IntEnum):
     REMOVED = 9
     """The robot left the fleet."""
     FAULTED = 10
-    """The robot can't continue (a random walk at a dead end, for example)."""
+    """The robot can't continue (a random walk at a node without a way out, for example)."""
     STALLED = 11
     """The robot stalls: it stops for a while."""
     RECOVERED = 12

@@ -31,6 +31,10 @@ pub struct Binding {
     pub robots: u32,
     /// The targets that it doesn't meet for sure.
     pub targets: Vec<TargetAnswer>,
+    /// The number of its runs.
+    pub runs: usize,
+    /// The number of those in which robots made no progress: with any, it meets no target.
+    pub stalled_runs: usize,
     /// Orders that weren't over at the limit of a day.
     pub open_orders: Option<Interval>,
     /// The part of the robots' time with an order.
@@ -105,6 +109,8 @@ impl Binding {
         Self {
             robots: point.robots,
             targets,
+            runs: point.runs.len(),
+            stalled_runs: point.runs.iter().filter(|run| run.is_stalled()).count(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
             utilisation: point.interval(|run| Some(run.utilisation)),
             waiting: point.interval(|run| Some(run.waiting)),

@@ -113,10 +113,21 @@ impl FindingEntry {
     }
 }
 
+impl Stall {
+    /// Returns the time in words, such as `from 1:40 min on`.
+    pub fn span(&self) -> String {
+        let from = clock(self.from_secs);
+        match self.until_secs {
+            Some(until_secs) => format!("from {from} to {}", clock(until_secs)),
+            None => format!("from {from} on"),
+        }
+    }
+}
+
 impl fmt::Display for Stall {
     /// Writes what happened to whom, and when.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, from_secs, robots, waits_for, .. } = self;
+        let Self { kind, robots, waits_for, .. } = self;
         let names: Vec<String> = robots.iter().take(MOST_NAMED).map(u32::to_string).collect();
         let noun = if robots.len() == 1 { "robot" } else { "robots" };
         let more = match robots.len().saturating_sub(MOST_NAMED) {
@@ -124,19 +135,18 @@ impl fmt::Display for Stall {
             more => format!(" and {more} more"),
         };
         let who = format!("{noun} {}{more}", names.join(", "));
-        let from = clock(*from_secs);
-        let until = match self.until_secs {
-            Some(until_secs) => format!("from {from} to {}", clock(until_secs)),
-            None => format!("from {from} on"),
+        let span = self.span();
+        let at = match (self.place, robots.len()) {
+            (None, _) => String::new(),
+            (Some([x, y]), 1) => format!(" at ({x:.1}, {y:.1}) m"),
+            (Some([x, y]), _) => format!(", the first of them at ({x:.1}, {y:.1}) m"),
         };
         match kind {
-            StallKind::Standstill => write!(f, "all robots with orders stand {until}: {who}")?,
-            StallKind::Livelock => write!(f, "robots drive {until} without any arrival: {who}")?,
-            StallKind::Stuck => write!(f, "{who} stands with an order {until}")?,
-        }
-        if let Some([x, y]) = self.place {
-            let first = if robots.len() == 1 { "" } else { ", the first of them" };
-            write!(f, "{first} at ({x:.1}, {y:.1}) m")?;
+            StallKind::Standstill => write!(f, "all robots with orders stand {span}: {who}{at}")?,
+            StallKind::Livelock => write!(f, "robots drive {span} without any arrival: {who}{at}")?,
+            StallKind::Stuck => {
+                write!(f, "{who} stands{at} with an order {span}, while others drive")?;
+            }
         }
         let waits: Vec<String> = waits_for
             .iter()
@@ -189,7 +199,7 @@ mod tests {
                  of them at (1.0, 2.5) m",
                 "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
                  at (1.0, 2.5) m (0 waits for 1, 1 waits for 2)",
-                "robot 3 stands with an order from 1:40 min on at (1.0, 2.5) m",
+                "robot 3 stands at (1.0, 2.5) m with an order from 1:40 min on, while others drive",
             ]
         );
     }

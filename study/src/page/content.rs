@@ -1,12 +1,13 @@
 //! The content of the page, as blocks.
 
+use super::caveats::{caveats, has_findings, safety};
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
 use super::least::{figures, fleets};
 use super::method::method;
 use super::stall_map::stall_map;
 use super::time::time;
-use super::verdict::{caveats, has_findings, numbers, orders_in_words, safety, verdict};
+use super::verdict::{numbers, orders_in_words, verdict};
 use super::{Block, Picture};
 use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
@@ -116,7 +117,7 @@ type Figure = fn(&PointAnswer) -> Option<Interval>;
 /// The shares of the robots' time and way in the chart of their effort.
 const EFFORT: [(&str, Figure); 3] = [
     ("with an order", |point| point.utilisation),
-    ("waiting for room", |point| point.waiting),
+    ("waiting for room or a route", |point| point.waiting),
     ("of the way without a load", |point| point.empty),
 ];
 

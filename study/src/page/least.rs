@@ -16,8 +16,11 @@ pub(super) fn of_least(variant: &VariantAnswer, least: &LeastAnswer) -> String {
     let figures = variant.points.iter().find(|point| point.robots == robots);
     let figures = figures.map(|point| met(&point.targets)).unwrap_or_default();
     let meets = if robots == 1 { "meets" } else { "meet" };
+    // One fewer was tried, unless the numbers were given, or begin here.
+    let is_least = robots == 1 || variant.points.iter().any(|point| point.robots + 1 == robots);
+    let of_tried = if is_least { "" } else { " of the numbers that were tried" };
     let mut text = format!(
-        "{}: the least that {meets} the targets, with 95 % confidence: {figures}.",
+        "{}: the least{of_tried} that {meets} the targets, with 95 % confidence: {figures}.",
         robots_in_words(robots)
     );
     if let Some(binding) = &least.binding {
@@ -43,14 +46,16 @@ fn listed(numbers: &[u32]) -> String {
 }
 
 fn of_none(variant: &VariantAnswer, least: &LeastAnswer) -> String {
-    let tried = format!("up to {}", robots_in_words(least.most));
+    let none =
+        format!("none of the numbers that were tried, up to {}", robots_in_words(least.most));
     let Some(binding) = &least.binding else {
         let reason = variant.failure().unwrap_or("no run has figures");
-        return format!("no fleet of {tried} meets the targets: {reason}.");
+        return format!("{none}, meets the targets: {reason}.");
     };
     format!(
-        "no fleet of {tried} meets the targets. {} come closest: {}.",
+        "{none}, meets the targets. {} {} closest: {}.",
         robots_in_words(binding.robots),
+        if binding.robots == 1 { "comes" } else { "come" },
         missed(binding)
     )
 }
@@ -65,19 +70,32 @@ fn met(targets: &[TargetAnswer]) -> String {
 
 /// The targets that a number of robots misses, and the reason.
 fn missed(binding: &Binding) -> String {
-    let Binding { targets, open_orders, .. } = binding;
-    let open = open_orders.map_or(0.0, |open| open.mean);
-    let texts =
-        targets.iter().map(|TargetAnswer { target, name, words, standing, .. }| match standing {
-            Standing::Open => format!("{name} is {words}, too near to '{target}' to be sure"),
-            _ => format!("{name} is {words}, against '{target}'"),
-        });
-    let mut texts: Vec<String> = texts.collect();
+    let open = binding.open_orders.map_or(0.0, |open| open.mean);
+    let mut texts = Vec::new();
+    if binding.stalled_runs > 0 {
+        texts.push(format!(
+            "robots made no progress in {} of {} runs, which meet no target",
+            binding.stalled_runs, binding.runs
+        ));
+    }
+    texts.extend(binding.targets.iter().filter_map(against));
     if open >= 1.0 {
         texts.push(format!("{open:.0} orders are open at the end"));
     }
     texts.extend(reason(binding));
     texts.join(", and ")
+}
+
+/// Tells a figure that misses its target, or may miss it.
+fn against(answer: &TargetAnswer) -> Option<String> {
+    let TargetAnswer { target, name, words, standing, margin, .. } = answer;
+    match standing {
+        Standing::Met => None,
+        Standing::Open => Some(format!("{name} is {words}, too near to '{target}' to be sure")),
+        // The figure isn't the reason if it is within the limit.
+        Standing::Missed if margin.is_some_and(|margin| margin > 0.0) => None,
+        Standing::Missed => Some(format!("{name} is {words}, against '{target}'")),
+    }
 }
 
 /// Tells the bottleneck of a number of robots that misses targets.
@@ -164,6 +182,8 @@ mod tests {
         Binding {
             robots: 11,
             targets: vec![target],
+            runs: 3,
+            stalled_runs: 0,
             open_orders: interval(0.0),
             utilisation: interval(0.97),
             waiting: interval(waiting),
@@ -180,5 +200,14 @@ mod tests {
              time, most of all for S4"
         );
         assert!(missed(&binding(0.02, None)).ends_with("so that there are too few of them"));
+    }
+
+    #[test]
+    fn a_figure_within_its_limit_is_no_reason() {
+        let mut stalled = Binding { stalled_runs: 2, ..binding(0.02, None) };
+        stalled.targets[0].margin = Some(0.4);
+        let text = missed(&stalled);
+        assert!(text.starts_with("robots made no progress in 2 of 3 runs"), "{text}");
+        assert!(!text.contains("p99 service"), "{text}");
     }
 }

@@ -11,7 +11,15 @@ pub(super) fn method(answer: &Answer) -> Vec<String> {
     };
     let seeds = "Seeds are common random numbers: variants and reliefs get the same orders and \
                  disturbances, and differences are paired, seed by seed (Law, 10.2.1 and 11.2).";
-    vec![runs(answer), span, intervals(&answer.method), seeds.to_owned(), question, bottlenecks()]
+    vec![
+        runs(answer),
+        ticks(),
+        span,
+        intervals(&answer.method),
+        seeds.to_owned(),
+        question,
+        bottlenecks(),
+    ]
 }
 
 fn runs(answer: &Answer) -> String {
@@ -32,6 +40,13 @@ fn runs(answer: &Answer) -> String {
         if method.is_day { " at most" } else { "" },
         method.rate_hz,
     )
+}
+
+fn ticks() -> String {
+    "Robots arrive, end turns and get orders at ticks: each of these takes up to a tick longer than \
+     in continuous time. At ten ticks a second, that adds some tenths of a second to an order, a \
+     bias that intervals don't contain."
+        .to_owned()
 }
 
 fn day() -> String {

@@ -1,12 +1,9 @@
-//! The first sentences of the page: the answer, and what restricts it.
-
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
+//! The first sentences of the page: the answer.
 
 use super::Block;
 use super::least::of_least;
-use crate::answer::{Answer, KneeAnswer, PointAnswer, VariantAnswer};
-use crate::outcome::CONTACT;
+use crate::answer::{Answer, KneeAnswer, PointAnswer, RunAnswer, VariantAnswer};
+use crate::outcome::{Stall, StallKind};
 use crate::plan::robots_in_words;
 use crate::statistics::Interval;
 
@@ -16,9 +13,9 @@ const LEAST_ORDERS: f64 = 3.0;
 /// The part of the knee's throughput below which more robots carry clearly less.
 const FEWER: f64 = 0.8;
 /// The part of the time with an order from which on robots are busy.
-const BUSY: f64 = 0.8;
-/// The largest number of stalls of a variant that are told; `study.json` has all.
-const MOST_STALLS: usize = 4;
+pub(super) const BUSY: f64 = 0.8;
+/// The largest number of numbers of robots that a sentence lists.
+const MOST_LISTED: usize = 4;
 
 /// The answer for a variant, in one sentence or two.
 pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
@@ -27,13 +24,13 @@ pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
         (Some(least), _) => format!("{name}{}", of_least(variant, least)),
         (None, Some(knee)) => format!("{name}{}", of_knee(answer, variant, knee)),
         (None, None) => {
-            format!("{name}{}", without_knee(variant, answer.method.secs as f64 / 60.0))
+            format!("{name}{}", without_knee(variant, minutes(answer)))
         }
     }
 }
 
 /// The name of a variant as the beginning of a sentence; empty if there are no others.
-fn prefix(variant: &VariantAnswer) -> String {
+pub(super) fn prefix(variant: &VariantAnswer) -> String {
     if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) }
 }
 
@@ -42,10 +39,9 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
         return format!("no run has succeeded: {reason}.");
     }
     match least_stalled(variant) {
-        Some(robots) => format!(
-            "not known: robots stopped making progress already with {}, so that no number of \
-             robots that was tried is an answer.",
-            robots_in_words(robots)
+        Some(point) => format!(
+            "not known. {} No number of robots that was tried is an answer.",
+            without_count(point, minutes)
         ),
         None => match variant.points.iter().map(|point| point.finished_orders).sum::<u64>() {
             0 => format!(
@@ -75,88 +71,213 @@ fn too_few_orders(point: &PointAnswer) -> Option<String> {
     })
 }
 
+/// The minutes of a run.
+fn minutes(answer: &Answer) -> f64 {
+    answer.method.secs as f64 / 60.0
+}
+
 fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> String {
-    let KneeAnswer { robots, orders_per_hour, half, is_open, stalls_from, .. } = knee;
+    let count = robots_in_words(knee.robots);
+    let carries = if knee.robots == 1 { "carries" } else { "carry" };
+    if let Some(reason) = unknown(variant, knee) {
+        return format!("not known: {reason}");
+    }
+    let throughput = format!("{carries} {} orders an hour", with_interval(&knee.orders_per_hour));
+    let mut text = match knee.is_open {
+        true => of_open_end(variant, &count, &throughput, knee.robots),
+        false => format!("{count}, which {throughput}."),
+    };
+    text.extend(larger(answer, variant, knee));
+    text.extend(without_progress(variant, knee, minutes(answer)));
+    text.extend(half(variant, knee));
+    text
+}
+
+/// Returns the reason why the throughput of the knee isn't known, if it isn't.
+fn unknown(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
+    let KneeAnswer { robots, orders_per_hour, .. } = knee;
     let point = variant.points.iter().find(|point| point.robots == *robots);
     if let Some(reason) = point.and_then(too_few_orders) {
-        return format!("not known: {reason}");
+        return Some(reason);
+    }
+    if is_known(orders_per_hour) {
+        return None;
     }
     let count = robots_in_words(*robots);
     let carries = if *robots == 1 { "carries" } else { "carry" };
-    if !is_known(orders_per_hour) {
-        let seeds = match orders_per_hour.values {
-            1 => "one seed".to_owned(),
-            seeds => format!("{seeds} seeds"),
-        };
-        let some = with_interval(orders_per_hour);
-        let without_room = variant.no_room.iter().find(|(without, _)| without == robots);
-        return match without_room {
-            Some((_, reason)) => format!(
-                "not known: {count} {carries} {some} orders an hour with {seeds}; with \
-                 others, there is no room for {count}: {reason}."
-            ),
-            None => format!(
-                "not known: {count} {carries} {some} orders an hour, which is no more precise \
-                 with {seeds}. Give a longer --duration or more --seeds."
-            ),
-        };
-    }
-    let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour));
-    if let Some(stalls_from) = stalls_from {
-        let stalls_from = robots_in_words(*stalls_from);
-        return format!(
-            "{count}, which {throughput}. With {stalls_from}, robots stop making progress: no \
-             larger fleet is an answer."
-        );
-    }
-    if *is_open {
-        return of_open_end(variant, &count, &throughput, *robots);
-    }
-    if let Some(fewer) = variant.points.iter().find(|point| carries_fewer(point, knee)) {
-        let more = robots_in_words(fewer.robots);
-        let orders = fewer.orders_per_hour.map_or(0.0, |interval| interval.mean);
-        return format!(
-            "{count}, which {throughput}. More carry less, as they are in each other's way: with \
-             {more}, {orders:.0} orders an hour."
-        );
-    }
-    let part = answer.method.knee * 100.0;
-    // Below the first number that was tried nothing is known.
-    let is_half_known = half < robots && variant.points.first().is_some_and(|p| p.robots < *half);
-    let half = match is_half_known {
-        true => format!(" Up to {half}, each more brings at least half of that."),
-        false => String::new(),
+    let seeds = match orders_per_hour.values {
+        1 => "one seed".to_owned(),
+        seeds => format!("{seeds} seeds"),
     };
+    let some = with_interval(orders_per_hour);
+    let without_room = variant.no_room.iter().find(|(without, _)| without == robots);
+    Some(match without_room {
+        Some((_, reason)) => format!(
+            "{count} {carries} {some} orders an hour with {seeds}; with others, there is no room \
+             for {count}: {reason}."
+        ),
+        None => format!(
+            "{count} {carries} {some} orders an hour, which is no more precise with {seeds}. Give \
+             a longer --duration or more --seeds."
+        ),
+    })
+}
+
+/// Tells what larger numbers than that of the knee bring, as far as their runs count.
+fn larger(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
+    let end = knee.stalls_from.unwrap_or(u32::MAX);
+    let larger =
+        variant.points.iter().filter(|point| (knee.robots + 1..end).contains(&point.robots));
+    let larger: Vec<&PointAnswer> = larger.collect();
+    if let Some(fewer) = larger.iter().find(|point| carries_fewer(point, knee)) {
+        let orders = fewer.orders_per_hour.map_or(0.0, |interval| interval.mean);
+        let waiting = fewer.waiting.map_or(0.0, |interval| interval.mean);
+        return Some(format!(
+            " With {}, it is less: {orders:.0} orders an hour; robots wait for room {:.0} % of \
+             their time.",
+            robots_in_words(fewer.robots),
+            100.0 * waiting
+        ));
+    }
+    let numbers: Vec<u32> = larger.iter().map(|point| point.robots).collect();
+    let tried = numbers_in_words(&numbers)?;
+    let part = answer.method.knee * 100.0;
+    Some(format!(
+        " With {tried}, each further robot brings on average less than {part:.0} % of {}.",
+        alone(variant)
+    ))
+}
+
+/// Returns ascending numbers in words, as alternatives; `None` if there are none.
+fn numbers_in_words(numbers: &[u32]) -> Option<String> {
+    let (last, others) = numbers.split_last()?;
+    let others: Vec<String> = others.iter().map(u32::to_string).collect();
+    Some(match others.len() {
+        0 => last.to_string(),
+        1..MOST_LISTED => format!("{} or {last}", others.join(", ")),
+        count => format!("{} to {last} ({} numbers were tried)", others[0], count + 1),
+    })
+}
+
+/// The throughput that further robots are compared with: that of one, or of each of the fewest
+/// that were tried.
+fn alone(variant: &VariantAnswer) -> String {
+    match variant.points.first().map(|point| point.robots) {
+        None | Some(1) => "what one brings alone".to_owned(),
+        Some(robots) => format!("what each of {robots} brings"),
+    }
+}
+
+/// Tells the least number of robots whose runs don't all count, and what that leaves unknown.
+fn without_progress(variant: &VariantAnswer, knee: &KneeAnswer, minutes: f64) -> Option<String> {
+    let from = knee.stalls_from?;
+    let index = variant.points.iter().position(|point| point.robots == from)?;
+    let (tried, rest) = variant.points.split_at(index);
+    let verdict = match rest.len() {
+        1 => "This number isn't an answer",
+        _ => "Neither this number nor a larger one that was tried is an answer",
+    };
+    let without_figures = variant.failed.iter().chain(&variant.no_room);
+    let tried = tried.iter().map(|point| point.robots);
+    let tried = tried.chain(without_figures.map(|(robots, _)| *robots));
+    let before = tried.filter(|robots| *robots < from).max().unwrap_or(knee.robots);
+    let between = match from - before {
+        ..=1 => String::new(),
+        2 => format!("; {} wasn't tried", before + 1),
+        _ => format!("; no number from {} to {} was tried", before + 1, from - 1),
+    };
+    Some(format!(" {} {verdict}{between}.", without_count(&rest[0], minutes)))
+}
+
+/// Tells how many runs of a number of robots don't count, and what happened in the first of them.
+fn without_count(point: &PointAnswer, minutes: f64) -> String {
+    let stalled: Vec<&RunAnswer> = point.stalled().collect();
+    let (do_not, in_it) = match stalled.len() {
+        1 => ("doesn't", "in it"),
+        _ => ("don't", "in the first of them"),
+    };
+    let first = stalled.first().map_or_else(String::new, |run| {
+        let orders = match run.finished_orders {
+            0 => "no order was".to_owned(),
+            1 => "1 order was".to_owned(),
+            orders => format!("{orders} orders were"),
+        };
+        let happened = what_happened(&run.stalls, point.robots);
+        format!(": {in_it}, {happened}, and {orders} finished in {minutes:.0} min")
+    });
     format!(
-        "{count}, which {throughput}. More bring less than {part:.0} % each of what one brings \
-         alone.{half}"
+        "With {}, {} of {} runs {do_not} count{first}.",
+        robots_in_words(point.robots),
+        stalled.len(),
+        point.runs.len()
     )
+}
+
+/// Tells the worst of the stalls of a run, in a few words.
+fn what_happened(stalls: &[Stall], robots: u32) -> String {
+    let Some(first) = stalls.first() else { return String::new() };
+    let span = first.span();
+    match (first.kind, stalls.len()) {
+        (StallKind::Standstill, _) => format!("all robots with orders stood {span}"),
+        (StallKind::Livelock, _) => format!("robots drove {span} without any arrival"),
+        (StallKind::Stuck, 1) => {
+            format!("one of {robots} stood with an order {span} while others drove")
+        }
+        (StallKind::Stuck, _) => {
+            format!("some of {robots} stood with an order, the first {span}, while others drove")
+        }
+    }
+}
+
+/// Tells the number up to which further robots bring much, if it is another than that of the knee.
+fn half(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
+    // Below the first number that was tried nothing is known.
+    let is_first = variant.points.first().is_none_or(|point| point.robots >= knee.half);
+    let is_known = !is_first && known_orders(variant, knee.half).is_some();
+    (is_known && knee.half < knee.robots).then(|| {
+        format!(
+            " Up to {}, each further one brings on average at least half of {}.",
+            knee.half,
+            alone(variant)
+        )
+    })
 }
 
 /// Returns the table of the numbers that a planner uses: up to which each further robot still
 /// brings much of what the first one brings, and which carries the most.
 pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
-    let KneeAnswer { most_of, half, most, .. } = variant.knee.as_ref()?;
+    let knee = variant.knee.as_ref().filter(|knee| unknown(variant, knee).is_none())?;
+    let KneeAnswer { most_of, half, most, .. } = knee;
     let least = variant.points.first()?.robots;
     let mut rows = vec![["robots", "orders an hour", ""].map(str::to_owned).to_vec()];
     for (robots, part) in [(*most_of, 90), (*half, 50)] {
         // Below the first number that was tried nothing is known.
         if robots > least || robots == 1 {
             let rule = format!(
-                "up to this number, each further robot brings at least {part} % of what the first \
-                 brings"
+                "up to this number, each further robot brings on average at least {part} % of {}",
+                alone(variant)
             );
-            rows.push(number(variant, robots, rule));
+            rows.extend(number(variant, robots, rule));
         }
     }
-    rows.push(number(variant, *most, "the most of all numbers that were tried".to_owned()));
-    Some(Block::Table(rows))
+    rows.extend(number(
+        variant,
+        *most,
+        "the most of all numbers that were tried and count".to_owned(),
+    ));
+    (rows.len() > 1).then_some(Block::Table(rows))
 }
 
-fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Vec<String> {
-    let point = variant.points.iter().find(|point| point.robots == robots);
-    let orders = point.and_then(|point| point.orders_per_hour);
-    vec![robots.to_string(), orders.map_or_else(String::new, |o| orders_in_words(&o)), rule]
+/// The row of a number of robots whose throughput is known.
+fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Option<Vec<String>> {
+    let orders = known_orders(variant, robots)?;
+    Some(vec![robots.to_string(), with_interval(&orders), rule])
+}
+
+/// Returns the throughput of a number of robots, if it is known.
+fn known_orders(variant: &VariantAnswer, robots: u32) -> Option<Interval> {
+    let point = variant.points.iter().find(|point| point.robots == robots)?;
+    point.orders_per_hour.filter(is_known)
 }
 
 /// Whether more robots than those of the knee carry clearly less.
@@ -167,16 +288,22 @@ fn carries_fewer(point: &PointAnswer, knee: &KneeAnswer) -> bool {
 
 /// The answer if the largest number of robots carries the most.
 fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
-    let without_answer = variant.no_room.iter().chain(&variant.failed);
-    match without_answer.filter(|(more, _)| *more > robots).min_by_key(|(more, _)| *more) {
-        Some((more, reason)) => {
+    let is_larger = |(more, _): &&(u32, String)| *more > robots;
+    let without_room = variant.no_room.iter().find(is_larger);
+    let failed = variant.failed.iter().find(is_larger);
+    match (without_room, failed) {
+        (Some((more, reason)), None) => {
             let more = robots_in_words(*more);
-            format!("{count}, which {throughput}. With {more}, runs fail: {reason}.")
+            format!("{count}, which {throughput}. There is no room for {more}: {reason}.")
         }
-        None if variant.points.len() == 1 => {
+        (_, Some((more, reason))) => {
+            let more = robots_in_words(*more);
+            format!("{count}, which {throughput}. With {more}, a run failed: {reason}.")
+        }
+        _ if variant.points.len() == 1 => {
             format!("{count} {throughput}. No other number of robots was tried.")
         }
-        None => format!(
+        _ => format!(
             "at least {count}: no larger number was tried, and of those that were, {count} \
              {throughput}, the most."
         ),
@@ -189,153 +316,8 @@ fn is_known(interval: &Interval) -> bool {
 }
 
 /// The least number of robots that stalled in a run.
-fn least_stalled(variant: &VariantAnswer) -> Option<u32> {
-    let stalled = variant.points.iter().find(|point| point.stalled().next().is_some());
-    stalled.map(|point| point.robots)
-}
-
-/// The restrictions of the answer: stations that took no part, runs that stalled, and orders that
-/// waited for long.
-pub(super) fn caveats(answer: &Answer) -> Vec<String> {
-    let mut caveats = Vec::new();
-    for variant in &answer.variants {
-        let name = prefix(variant);
-        for part in &variant.left_out {
-            caveats.push(format!("{name}**Left out**: {part}."));
-        }
-        if let Some(reason) = &variant.other_stops {
-            caveats.push(format!("{name}**Other stops**: {reason}."));
-        }
-        caveats.extend(failures(variant).map(|failures| format!("{name}{failures}")));
-        caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
-        caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
-        caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
-        // Fleets that are too small for the targets were run on purpose.
-        if variant.unserved > 0 && variant.least.is_none() {
-            caveats.push(format!(
-                "{name}**Late orders**: {} orders waited for over 20 minutes, or weren't finished \
-                 in that time.",
-                variant.unserved
-            ));
-        }
-    }
-    caveats
-}
-
-/// Tells the runs that failed, those of the fewest robots first.
-fn failures(variant: &VariantAnswer) -> Option<String> {
-    let (robots, reason) = variant.failed.first()?;
-    let robots = robots_in_words(*robots);
-    Some(format!(
-        "**Failed runs**: with {robots}, a run failed: {reason}. The answer is without such runs."
-    ))
-}
-
-/// Tells that orders come faster than robots carry them.
-fn backlog(variant: &VariantAnswer) -> Option<String> {
-    let point = variant.points.last()?;
-    let open = point.open_orders?.mean;
-    if variant.is_load_endless || open <= 2.0 * f64::from(point.robots) + 10.0 {
-        return None;
-    }
-    let robots = robots_in_words(point.robots);
-    Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: orders come \
-         faster than they are carried."
-    ))
-}
-
-/// Tells that the robots of the knee carry all orders that come, so that more can't carry more.
-fn enough(variant: &VariantAnswer) -> Option<String> {
-    let knee = variant.knee.as_ref()?;
-    let point = variant.points.iter().find(|point| point.robots == knee.robots)?;
-    let is_idle = point.utilisation.is_some_and(|part| part.mean < BUSY);
-    if variant.is_load_endless || !is_idle {
-        return None;
-    }
-    Some(format!(
-        "**The load is the limit**: {} had an order {:.0} % of the time. The answer is what came, \
-         not what they can carry.",
-        robots_in_words(point.robots),
-        point.utilisation?.mean * 100.0
-    ))
-}
-
-/// Tells the stalls of a variant, those of the fewest robots first.
-fn stalls(variant: &VariantAnswer) -> Option<String> {
-    let runs: usize = variant.points.iter().map(|point| point.runs.len()).sum();
-    let stalled: usize = variant.points.iter().map(|point| point.stalled().count()).sum();
-    if stalled == 0 {
-        return None;
-    }
-    let mut text = format!(
-        "**No progress** in {stalled} of {runs} runs, which don't count for the answer; robots are \
-         named by their ids."
-    );
-    let mut told = 0;
-    for point in &variant.points {
-        for run in point.stalled().take(MOST_STALLS - told) {
-            let Some(stall) = run.stalls.first() else { continue };
-            let robots = robots_in_words(point.robots);
-            // Writing to a `String` never fails.
-            let _ = write!(text, " With {robots}, seed {}: {stall}.", run.seed);
-            told += 1;
-        }
-    }
-    match stalled - told {
-        0 => Some(text),
-        more => Some(format!("{text} And in {more} more runs: `study.json` has all.")),
-    }
-}
-
-/// Whether the validator found contacts, or anything else beside stalls and unserved orders.
-pub(super) fn has_findings(answer: &Answer) -> bool {
-    answer.variants.iter().any(|variant| variant.contacts > 0 || !variant.other_findings.is_empty())
-}
-
-/// The contacts and other findings of the validator.
-pub(super) fn safety(answer: &Answer) -> String {
-    let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
-    let points = answer.variants.iter().flat_map(|variant| &variant.points);
-    let runs: usize = points.map(|point| point.runs.len()).sum();
-    let mut others: BTreeMap<&str, u64> = BTreeMap::new();
-    for (kind, count) in answer.variants.iter().flat_map(|variant| &variant.other_findings) {
-        *others.entry(kind).or_default() += count;
-    }
-    let others: Vec<String> = others
-        .iter()
-        .map(|(kind, count)| format!("{kind} {count}{}", first_finding(answer, kind)))
-        .collect();
-    let others = match others.is_empty() {
-        true => "no other findings".to_owned(),
-        false => format!("**other findings**: {}", others.join("; ")),
-    };
-    match contacts {
-        0 => format!(
-            "No robot touched another in {runs} runs, as an independent validator judged them; \
-             {others}."
-        ),
-        count => format!(
-            "**Robots touched each other {count} times** in {runs} runs{}; {others}.",
-            first_finding(answer, CONTACT)
-        ),
-    }
-}
-
-/// Tells the first finding of a kind: run, robots and time, in parentheses. Empty if no run has an
-/// example.
-fn first_finding(answer: &Answer, kind: &str) -> String {
-    for variant in &answer.variants {
-        for point in &variant.points {
-            for run in &point.runs {
-                if let Some(example) = run.examples.get(kind) {
-                    let (name, robots) = (prefix(variant), robots_in_words(point.robots));
-                    return format!(" (first: {name}{robots}, seed {}: {example})", run.seed);
-                }
-            }
-        }
-    }
-    String::new()
+fn least_stalled(variant: &VariantAnswer) -> Option<&PointAnswer> {
+    variant.points.iter().find(|point| point.stalled().next().is_some())
 }
 
 /// Returns a mean with half of its interval, or says that it isn't known.
@@ -358,3 +340,6 @@ fn with_interval(interval: &Interval) -> String {
         None => format!("{mean:.decimals$}"),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -73,6 +73,24 @@ pub struct RobotType {
     pub rest: Map<String, Value>,
 }
 
+impl RobotType {
+    /// Returns the length and the width of its footprint; of a circle, its diameter twice.
+    pub fn size(&self) -> [f64; 2] {
+        let length = self.number("length").unwrap_or_default();
+        let width = self.width.as_ref().and_then(Number::as_f64);
+        [length, width.unwrap_or(length)]
+    }
+
+    /// Whether it turns on the spot.
+    pub fn turns(&self) -> bool {
+        self.number("max_rotation_speed").is_some_and(|speed| speed > 0.0)
+    }
+
+    fn number(&self, key: &str) -> Option<f64> {
+        self.rest.get(key)?.as_f64()
+    }
+}
+
 /// The disturbances of robots.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Disturbances {

@@ -6,13 +6,14 @@ mod settings;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use regatta_layout::traffic::{self, Turning};
 use regatta_layout::{Format, ReadOptions, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
 use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
 use serde::Deserialize;
 use serde_json::Number;
 
-use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
+use super::scenario::{Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
 use super::{Day, PlanError};
 use crate::job::{IN_TURN, Job, Manager, OPTIONS};
 
@@ -20,9 +21,6 @@ use crate::job::{IN_TURN, Job, Manager, OPTIONS};
 pub const FLEET_MANAGER: &str = "fleet-manager";
 /// The options of a fleet manager with files of orders.
 const UNREAD: [&str; 2] = ["--load", "--orders"];
-/// The engine's key of the length of a robot type, and its length and width without one, in metres.
-const LENGTH: &str = "length";
-const DEFAULT_SIZE: [f64; 2] = [0.9, 0.6];
 /// The width in metres of robots whose types have no larger one.
 const LEAST_WIDTH: f64 = 0.5;
 
@@ -169,27 +167,37 @@ impl Variant {
         largest.unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the length and the width of the largest robot type in use, in metres.
-    pub fn size(&self) -> [f64; 2] {
-        let sizes = self.types.iter().map(|share| self.size_of(share.name.as_deref()));
-        let area = |[length, width]: &[f64; 2]| length * width;
-        sizes.max_by(|a, b| area(a).total_cmp(&area(b))).unwrap_or(DEFAULT_SIZE)
+    /// Returns the largest robot type in use, as certificates of traffic describe it; the default
+    /// one, which never turns on the spot, of a scenario without types.
+    pub fn robot(&self) -> traffic::RobotType {
+        let mut largest: Option<traffic::RobotType> = None;
+        for share in &self.types {
+            let robot = self.robot_of(share.name.as_deref());
+            if largest.is_none_or(|largest| area(&robot) >= area(&largest)) {
+                largest = Some(robot);
+            }
+        }
+        largest.unwrap_or_default()
     }
 
-    /// Returns the length and the width of a robot type, the first one by default.
-    fn size_of(&self, name: Option<&str>) -> [f64; 2] {
+    /// Returns a robot type, the first one by default.
+    fn robot_of(&self, name: Option<&str>) -> traffic::RobotType {
         let mut types = self.setup.robot_types.iter().flatten();
         let kind = types.find(|kind| name.is_none_or(|name| kind.name == name));
-        let length = kind.and_then(|kind| kind.rest.get(LENGTH)?.as_f64());
-        let width = kind.and_then(|kind| kind.width.as_ref()?.as_f64());
-        [length.unwrap_or(DEFAULT_SIZE[0]), width.unwrap_or(DEFAULT_SIZE[1])]
+        let default = traffic::RobotType::default();
+        let [length, width] = kind.map_or([default.length(), default.width()], RobotType::size);
+        let turning = match kind.is_some_and(RobotType::turns) {
+            true => Turning::OnTheSpot,
+            false => Turning::Never,
+        };
+        // The scenario was checked: its types have sizes within the range.
+        traffic::RobotType::new(length, width, turning).unwrap_or(default)
     }
 
     /// Returns the largest width of the robot types, in metres.
     pub fn max_width(&self) -> f64 {
         let types = self.setup.robot_types.iter().flatten();
-        let widths = types.filter_map(|kind| kind.width.as_ref()?.as_f64());
-        widths.fold(LEAST_WIDTH, f64::max)
+        types.map(|kind| kind.size()[1]).fold(LEAST_WIDTH, f64::max)
     }
 
     /// Returns the layout as a text of Regatta's own format.
@@ -270,6 +278,10 @@ impl Variant {
             args.push(IN_TURN.to_owned());
         }
     }
+}
+
+fn area(robot: &traffic::RobotType) -> f64 {
+    robot.length() * robot.width()
 }
 
 /// Returns the robot types of a scenario's groups, with the numbers of their robots.

@@ -1,7 +1,7 @@
 use super::*;
 use crate::outcome::{RunEnd, Stall, StallKind};
 
-pub(super) fn measured(orders_per_hour: f64) -> Measured {
+pub(crate) fn measured(orders_per_hour: f64) -> Measured {
     Measured {
         digest: String::new(),
         end: RunEnd::AtTime,

@@ -107,7 +107,7 @@ mod tests {
         read(edge, &key(first), &key(second)).0.edges()[0].orientation
     }
 
-    /// The warnings about the edge, without those of its dead end.
+    /// The warnings about the edge, without those of its end.
     fn warnings(findings: &Findings) -> Vec<String> {
         let lines = findings.as_slice().iter().map(ToString::to_string);
         lines.filter(|line| line.contains("edge 7")).collect()

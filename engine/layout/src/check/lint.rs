@@ -38,7 +38,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     warn_of_copies(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     linter.warn_of_jumps();
-    linter.warn_of_dead_ends();
+    linter.warn_of_missing_ways();
     linter.warn_of_unreachable();
     linter.warn_once(
         &coincident::nodes(graph),
@@ -227,7 +227,7 @@ impl NodeLinter<'_, '_, '_> {
         self.warn(node, &message);
     }
 
-    fn warn_of_dead_ends(&mut self) {
+    fn warn_of_missing_ways(&mut self) {
         let mut connected = vec![false; self.graph.nodes().len()];
         for edge in self.graph.edges() {
             connected[edge.origin.0 as usize] = true;
@@ -241,7 +241,7 @@ impl NodeLinter<'_, '_, '_> {
                 ends.push(node);
             }
         }
-        self.warn_once(&ends, "dead end: no edge leaves it, robots that arrive can't leave");
+        self.warn_once(&ends, "no way out: no edge leaves it, robots that arrive can't leave");
         self.warn_once(&loose, "unreachable: no edge starts or ends here; connect it or remove it");
     }
 

@@ -19,8 +19,9 @@ pub struct Info {
     pub edges: usize,
     /// The number of edges that may also be driven in reverse gear.
     pub reversible_edges: usize,
-    /// The number of nodes that no leg leaves.
-    pub dead_ends: usize,
+    /// The number of nodes that no leg leaves. (A dead end is another thing: robots come out of it
+    /// where they went in.)
+    pub without_way_out: usize,
     /// The lengths of the edges in metres.
     pub length: Lengths,
     /// The smallest rectangle, in metres, that contains all nodes and curves.
@@ -92,7 +93,7 @@ impl Info {
     /// let text = "id,x,y\nA,0,0\nB,10,0\n\nfrom,to,speed\nA,B,1\n";
     /// let (graph, _) = parse(text, "road.csv", &ReadOptions::default())?;
     /// let info = Info::of(&graph);
-    /// assert_eq!((info.nodes, info.dead_ends, info.strong_components.count), (2, 1, 2));
+    /// assert_eq!((info.nodes, info.without_way_out, info.strong_components.count), (2, 1, 2));
     /// # Ok::<(), regatta_layout::GraphError>(())
     /// ```
     pub fn of(graph: &RouteGraph) -> Self {
@@ -103,7 +104,7 @@ impl Info {
             nodes,
             edges: edges.len(),
             reversible_edges: reverse.clone().count(),
-            dead_ends: (0..nodes as u32)
+            without_way_out: (0..nodes as u32)
                 .filter(|&node| graph.departures(NodeIndex(node)).is_empty())
                 .count(),
             length: Lengths::of(graph),
@@ -195,7 +196,7 @@ impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { length, bounding_box: bounds, .. } = self;
         let size = bounds.size();
-        writeln!(f, "nodes       {} ({} dead ends)", self.nodes, self.dead_ends)?;
+        writeln!(f, "nodes       {} ({} without a way out)", self.nodes, self.without_way_out)?;
         writeln!(f, "edges       {} ({} also in reverse gear)", self.edges, self.reversible_edges)?;
         writeln!(
             f,
@@ -260,7 +261,10 @@ mod tests {
             (bounds.max_y - 3.0).abs() < 1e-9,
             "the top is that of the arch, not of its handles"
         );
-        assert_eq!((info.nodes, info.edges, info.reversible_edges, info.dead_ends), (2, 1, 1, 0));
+        assert_eq!(
+            (info.nodes, info.edges, info.reversible_edges, info.without_way_out),
+            (2, 1, 1, 0)
+        );
         assert_eq!(info.strong_components, ComponentSummary { count: 1, largest: 2 });
         assert!(info.to_string().contains("2 m/s forward\n            1 m/s backwards"), "{info}");
     }

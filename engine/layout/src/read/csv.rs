@@ -49,10 +49,11 @@ pub(crate) fn read<'text>(
         scale,
         nodes: Vec::new(),
         edges: Vec::new(),
-        first_error: None,
+        has_nodes: false,
+        has_edges: false,
     };
     reader.file(source.text)?;
-    if reader.is_incomplete() {
+    if !reader.has_nodes || !reader.has_edges {
         reader.sibling(source)?;
     }
     reader.report_warnings();
@@ -72,8 +73,9 @@ struct Reader<'r, 'text> {
     scale: f64,
     nodes: Vec<LayoutNode>,
     edges: Vec<EdgeRow>,
-    /// The first error in a row, and the number of all errors.
-    first_error: Option<(SyntaxError, usize)>,
+    /// Whether the table of nodes, and that of edges, have rows, also with errors.
+    has_nodes: bool,
+    has_edges: bool,
 }
 
 /// The place of a row.
@@ -181,20 +183,16 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Whether a table is missing. A table with errors doesn't count as missing: its errors are
-    /// reported.
-    fn is_incomplete(&self) -> bool {
-        (self.nodes.is_empty() || self.edges.is_empty()) && self.first_error.is_none()
-    }
-
     fn row(&mut self, row: Row<'_>) {
         if row.cells.len() > row.columns.list.len() {
             self.ignored.add(self.at(row.place), "cells without a column name");
         }
         if row.columns.is_edges {
+            self.has_edges = true;
             let edge = row.edge(self);
             self.edges.extend(edge);
         } else {
+            self.has_nodes = true;
             let node = row.node(self);
             self.nodes.extend(node);
         }
@@ -202,12 +200,12 @@ impl Reader<'_, '_> {
 
     /// Reads the file with the other table.
     fn sibling(&mut self, source: Source<'_>) -> Result<(), SyntaxError> {
-        let (missing, words, others) = match (self.nodes.is_empty(), self.edges.is_empty()) {
-            (true, true) => {
+        let (missing, words, others) = match (self.has_nodes, self.has_edges) {
+            (false, false) => {
                 return Err(self.syntax(1, "the tables have no rows: add nodes and edges"));
             }
-            (true, _) => ("nodes", EDGE_WORDS.as_slice(), NODE_WORDS.as_slice()),
-            (false, _) => ("edges", NODE_WORDS.as_slice(), EDGE_WORDS.as_slice()),
+            (false, _) => ("nodes", EDGE_WORDS.as_slice(), NODE_WORDS.as_slice()),
+            (true, _) => ("edges", NODE_WORDS.as_slice(), EDGE_WORDS.as_slice()),
         };
         let file = sibling_files(source, words, others).into_iter().find(|file| file.is_file());
         let Some(file) = file else {
@@ -215,7 +213,7 @@ impl Reader<'_, '_> {
                 "there is no table of {missing}: add it below an empty line, or name the two \
                  files like `map-nodes.csv` and `map-edges.csv` in one folder"
             );
-            return Err(self.syntax(1, &message));
+            return self.missing(&message);
         };
         let text = read_file(&file).map_err(|error| self.syntax(1, &error.to_string()))?;
         self.other = Some(file.display().to_string());
@@ -225,6 +223,15 @@ impl Reader<'_, '_> {
         let result = self.file(text.strip_prefix('\u{feff}').unwrap_or(&text));
         self.other = None;
         result
+    }
+
+    /// Tells that a table is missing, beside the errors in the rows of the other one.
+    fn missing(&mut self, message: &str) -> Result<(), SyntaxError> {
+        if !self.report.has_errors() {
+            return Err(self.syntax(1, message));
+        }
+        self.report.file_error(0, message);
+        Ok(())
     }
 
     fn select_level(&mut self, level: Option<&str>) -> Result<(), SyntaxError> {
@@ -248,25 +255,17 @@ impl Reader<'_, '_> {
     }
 
     fn layout(self) -> Result<Layout, SyntaxError> {
-        if self.nodes.is_empty() || self.edges.is_empty() {
-            if let Some((error, count)) = self.first_error {
-                let others = if count == 1 {
-                    String::new()
-                } else {
-                    format!(" (and {} more errors)", count - 1)
-                };
-                return Err(SyntaxError { message: error.message + &others, ..error });
-            }
+        let is_empty = self.nodes.is_empty() || self.edges.is_empty();
+        if is_empty && !self.report.has_errors() {
             let missing = if self.nodes.is_empty() { "nodes" } else { "edges" };
-            return Err(
-                self.syntax(1, &format!("the table of {missing} has no rows that can be used"))
-            );
+            let message = format!("the table of {missing} has no rows that can be used");
+            return Err(self.syntax(1, &message));
         }
         // Most tables have few curves.
         let has_curves = self.edges.iter().any(|row| !row.control_points.is_empty());
         let located = if has_curves { self.nodes.as_slice() } else { &[] };
         let positions: BTreeMap<_, _> =
-            located.iter().map(|node| (node.id.as_str(), node.position)).collect();
+            located.iter().filter_map(|node| Some((node.id.as_str(), node.position?))).collect();
         let mut free = free_ids(&self.edges);
         let edges =
             self.edges.into_iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
@@ -275,8 +274,6 @@ impl Reader<'_, '_> {
     }
 
     fn error(&mut self, place: Place, message: &str) {
-        let first = self.syntax(place.line, message);
-        self.first_error.get_or_insert((first, 0)).1 += 1;
         let (at, message) = self.located(place, message);
         self.report.file_error(at, message);
     }

@@ -21,7 +21,7 @@ use crate::model::options::ReadOptions;
 use crate::read::file::{Ignored, Source, SyntaxError};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 use expand::{Curve, Expander};
-use join::{Link, Network, join};
+use join::{Link, Network, Repeated, join};
 use scan::Scan;
 
 /// The largest number of near misses that are listed.
@@ -190,8 +190,12 @@ fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Igno
     for &at in &network.short {
         ignored.add(at, "line shorter than 1 mm, or whose ends are joined to one node");
     }
-    for &at in &network.repeated {
-        ignored.add(at, "line that is drawn a second time");
+    for Repeated { at, is_whole } in &network.repeated {
+        let what = match is_whole {
+            true => "line that is drawn a second time",
+            false => "part of a line that is drawn a second time",
+        };
+        ignored.add(*at, what);
     }
     for &(node, distance) in network.near_misses.iter().take(MAX_NEAR_MISSES) {
         let (DVec2 { x, y }, at) = network.nodes[node];
@@ -221,7 +225,7 @@ fn layout(network: Network, background: &[Curve]) -> Layout {
     let nodes = (1..).zip(&network.nodes).map(|(id, &(position, at)): (usize, _)| LayoutNode {
         at,
         id: id.to_string(),
-        position,
+        position: Some(position),
         ..LayoutNode::default()
     });
     let nodes = nodes.collect();
@@ -235,13 +239,13 @@ fn layout(network: Network, background: &[Curve]) -> Layout {
 }
 
 fn reversed(link: &Link) -> Link {
-    let Curve { at, layer, cubics } = &link.curve;
-    let cubics = cubics.iter().rev().map(CubicBezier::reversed).collect();
-    Link { from: link.to, to: link.from, curve: Curve { at: *at, layer: layer.clone(), cubics } }
+    let curve = link.curve.clone();
+    let cubics = curve.cubics.iter().rev().map(CubicBezier::reversed).collect();
+    Link { from: link.to, to: link.from, curve: Curve { cubics, ..curve } }
 }
 
 fn edge(id: usize, link: Link) -> LayoutEdge {
-    let Curve { at, layer, cubics } = link.curve;
+    let Curve { at, layer, cubics, .. } = link.curve;
     let mut edge = LayoutEdge {
         at,
         id: id.to_string(),

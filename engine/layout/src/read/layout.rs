@@ -42,8 +42,9 @@ pub(crate) struct LayoutNode {
     pub at: u32,
     /// The file's id, unique among nodes.
     pub id: String,
-    /// Metres; x to the east, y to the north.
-    pub position: DVec2,
+    /// Metres; x to the east, y to the north. `None` if the file has none that can be used, which
+    /// the reader has reported as an error: so references to the node are no errors of their own.
+    pub position: Option<DVec2>,
     /// Radians; `None` if the file gives no heading, or allows any.
     pub heading: Option<f64>,
     pub role: Role,
@@ -117,9 +118,6 @@ impl Layout {
     /// are numbered from 1 in the order of the file, and the ids become names. Nodes at one place
     /// that an edge without length joins become one.
     pub fn into_raw(mut self, report: &mut Report<'_>) -> RawGraph {
-        // Elements with errors are left out and have been reported, so references to them aren't
-        // reported again.
-        let is_complete = !report.has_errors();
         let node_ids = Numbering::new(
             self.nodes.iter().map(|node| (node.at, node.id.as_str())),
             "node",
@@ -131,9 +129,7 @@ impl Layout {
             report,
         );
         let (mut ends, mut stations) = self.resolve(&node_ids);
-        if is_complete {
-            self.report_unknown(&ends, &stations, report);
-        }
+        self.report_unknown(&ends, &stations, report);
         let kept = joined::join(&mut self, &mut ends, &mut stations, report);
         let edges_kept = self.edges.iter().zip(&kept.edges).filter(|(_, is_kept)| **is_kept);
         warn_of_unknown_speeds(edges_kept.map(|(edge, _)| edge), report);
@@ -205,9 +201,9 @@ impl Layout {
                 let &[Some(origin), Some(destination)] = ends else { continue };
                 let heading = &mut headings[[origin, destination][which]];
                 if heading.is_none() {
-                    let tangents = edge
-                        .shape
-                        .tangents([origin, destination].map(|node| self.nodes[node].position));
+                    let [from, to] = [origin, destination].map(|node| self.nodes[node].position);
+                    let tangents =
+                        from.zip(to).and_then(|(from, to)| edge.shape.tangents([from, to]));
                     *heading = tangents
                         .map(|tangents| edge.orientation.heading(tangents[which].to_angle()));
                 }
@@ -257,8 +253,8 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
     RawNode {
         at: node.at,
         id: Some(number.number),
-        x: Some(node.position.x),
-        y: Some(node.position.y),
+        x: node.position.map(|position| position.x),
+        y: node.position.map(|position| position.y),
         theta: Some(heading),
         has_heading: node.heading.is_some(),
         body_heading: None,
@@ -329,6 +325,10 @@ fn warn_of_unknown_speeds<'a>(
     edges: impl Iterator<Item = &'a LayoutEdge>,
     report: &mut Report<'_>,
 ) {
+    // A speed may be missing because it is wrong, which has been reported.
+    if report.has_errors() {
+        return;
+    }
     let mut unknown = edges.filter(|edge| edge.speed.is_none());
     let Some(first) = unknown.next() else { return };
     let others = unknown.count();

@@ -242,7 +242,7 @@ fn nodes(grid: &Grid, cell_size: f64) -> Vec<LayoutNode> {
         nodes.push(LayoutNode {
             at,
             id: cell.to_string(),
-            position: DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_size,
+            position: Some(DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_size),
             heading: Some(heading),
             role: grid.role(cell),
             ..LayoutNode::default()

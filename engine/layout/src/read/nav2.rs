@@ -156,6 +156,10 @@ impl<'text> Reader<'_, 'text> {
             self.report.file_error(feature.at, "a point has no `id`: give it a whole number");
             return None;
         };
+        if position.is_none() {
+            let message = format!("point `{}` needs two finite coordinates", shorten(&id));
+            self.report.file_error(feature.at, message);
+        }
         let frame = feature
             .properties
             .get("frame")
@@ -180,7 +184,7 @@ impl<'text> Reader<'_, 'text> {
 
     fn edges(&mut self, features: &[Feature], nodes: &[LayoutNode]) -> Vec<LayoutEdge> {
         let positions: BTreeMap<&str, DVec2> =
-            nodes.iter().map(|node| (node.id.as_str(), node.position)).collect();
+            nodes.iter().filter_map(|node| Some((node.id.as_str(), node.position?))).collect();
         let lines =
             || features.iter().filter(|feature| matches!(feature.geometry, Geometry::Line(_)));
         let mut free =

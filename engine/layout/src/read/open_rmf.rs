@@ -177,13 +177,7 @@ impl Reader<'_, '_> {
         }
         let mut properties = self.properties(items.get(2), "a vertex");
         let name = properties.remove("name").unwrap_or_default();
-        Vertex {
-            at: tree.at,
-            position: position.unwrap_or_default(),
-            name,
-            properties,
-            is_kept: true,
-        }
+        Vertex { at: tree.at, position, name, properties, is_kept: true }
     }
 
     /// Returns one lane, or two if it has both directions.

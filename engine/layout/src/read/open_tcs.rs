@@ -121,7 +121,8 @@ impl Reader<'_, '_> {
             .into_iter()
             .map(|element| self.node(element, &blocks))
             .unzip();
-        let positions = nodes.iter().map(|node| (node.id.clone(), node.position)).collect();
+        let located = nodes.iter().filter_map(|node| Some((node.id.clone(), node.position?)));
+        let positions = located.collect();
         let paths = model.take_children("path").into_iter();
         let (mut edges, edge_owns): (Vec<_>, Vec<_>) =
             paths.filter_map(|element| self.edge(element, &positions, &blocks)).unzip();
@@ -183,8 +184,8 @@ impl Reader<'_, '_> {
         (LayoutNode { at, id, position, heading, role, tags }, own)
     }
 
-    /// Returns the position in metres; positions are in millimetres.
-    fn position(&mut self, element: &mut Element<'_>, what: &str) -> DVec2 {
+    /// Returns the position in metres; positions are in millimetres. Reports one that is missing.
+    fn position(&mut self, element: &mut Element<'_>, what: &str) -> Option<DVec2> {
         let position = element.take_position();
         // Graphs have no heights.
         for name in ["positionZ", "zPosition"] {
@@ -192,13 +193,12 @@ impl Reader<'_, '_> {
                 element.take(&[name]);
             }
         }
-        let Some(position) = position else {
+        if position.is_none() {
             let message = format!(
                 "{what} has no positionX and positionY that are numbers: give them in millimetres"
             );
             self.report.file_error(element.at, message);
-            return DVec2::ZERO;
-        };
+        }
         position
     }
 

@@ -158,7 +158,7 @@ fn areas_without_road(points: &[DVec2], grid: &Grid) -> Option<String> {
 fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout {
     let nodes = (1..).zip(&roadmap.nodes).map(|(id, &position): (usize, _)| LayoutNode {
         id: id.to_string(),
-        position: grid.metres(position),
+        position: Some(grid.metres(position)),
         ..LayoutNode::default()
     });
     let directions = roadmap.edges.iter().flat_map(|&[from, to]| [[from, to], [to, from]]);

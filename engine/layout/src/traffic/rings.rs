@@ -30,12 +30,24 @@ pub struct Rings {
     pub pairs: usize,
     /// One of these pairs.
     pub pair: Option<(NodeIndex, NodeIndex)>,
-    /// The smallest rings of three robots or more, smallest first: at most one for each first node,
-    /// and [`MOST_RINGS`].
+    /// The smallest rings of three robots or more, smallest first: at most [`MOST_RINGS`].
     pub smallest: Vec<Vec<NodeIndex>>,
-    /// Exact if there is no smaller ring of three robots or more than the smallest one here, and
+    /// The rings of three robots or more that aren't among those here.
+    pub others: Others,
+    /// Exact if no ring of three robots or more is smaller than the smallest one here, and there is
     /// none at all if there is none here.
     pub certainty: Certainty,
+}
+
+/// The rings that a search hasn't returned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Others {
+    /// There are none.
+    None,
+    /// There are some.
+    Some,
+    /// There may be some: the search was stopped.
+    Unknown,
 }
 
 impl Rings {
@@ -60,15 +72,12 @@ pub fn rings(network: &Network<'_>, conflicts: &Conflicts) -> Rings {
     }
     let one_sided = Rows::of_sorted(network.nodes() as usize, one_sided);
     let mut search = Search::new(conflicts, &waits, &one_sided);
-    let smallest = search.smallest();
-    let smallest =
-        smallest.into_iter().map(|ring| ring.into_iter().map(NodeIndex).collect()).collect();
-    Rings {
-        pairs: pairs.len(),
-        pair: pairs.first().copied(),
-        smallest,
-        certainty: search.certainty,
-    }
+    let others = search.run();
+    let is_unknown = search.found.is_empty() && others == Others::Unknown;
+    let certainty = if is_unknown { Certainty::Bound } else { search.certainty };
+    let smallest = search.found.into_iter().map(|ring| ring.into_iter().map(NodeIndex).collect());
+    let smallest = smallest.collect();
+    Rings { pairs: pairs.len(), pair: pairs.first().copied(), smallest, others, certainty }
 }
 
 /// By node: the nodes for whose robots a robot may wait.
@@ -109,7 +118,7 @@ fn is_wait(waits: &Rows<u32>, from: u32, to: u32) -> bool {
     waits.row(from).binary_search(&to).is_ok()
 }
 
-/// The search for rings of three robots or more.
+/// The search for rings of three robots or more, from small ones to large ones.
 struct Search<'a> {
     conflicts: &'a Conflicts,
     /// All waits.
@@ -119,9 +128,20 @@ struct Search<'a> {
     /// The same, by the node waited for.
     waiting: Rows<u32>,
     steps: u64,
-    certainty: Certainty,
     /// By node: the number of waits to the first node of a ring; `u32::MAX` if there are too many.
     distance: Vec<u32>,
+    /// The first rings.
+    found: Vec<Vec<u32>>,
+    /// Exact if they are the smallest ones.
+    certainty: Certainty,
+}
+
+/// The reason to end a search.
+enum Stop {
+    /// There is one ring more than are returned.
+    Enough,
+    /// It took too many steps.
+    TooLong,
 }
 
 impl<'a> Search<'a> {
@@ -131,24 +151,40 @@ impl<'a> Search<'a> {
             .flat_map(|node| one_sided.row(node).iter().map(move |&other| (other, node)));
         let waiting = Rows::new(count, backwards.collect());
         let distance = vec![u32::MAX; count];
-        let certainty = Certainty::Exact;
-        Self { conflicts, waits, one_sided, waiting, steps: 0, certainty, distance }
+        let (found, certainty) = (Vec::new(), Certainty::Exact);
+        Self { conflicts, waits, one_sided, waiting, steps: 0, distance, found, certainty }
     }
 
-    /// Returns the smallest rings: the limit doubles until there are some, or can't be any.
-    fn smallest(&mut self) -> Vec<Vec<u32>> {
-        let starts = self.nodes_in_cycles();
-        let mut limit = FIRST_ROBOTS;
-        while !starts.is_empty() {
-            let mut found = self.within(&starts, limit);
-            if !found.is_empty() || limit >= starts.len() || self.certainty == Certainty::Bound {
-                found.sort_by_key(Vec::len);
-                found.truncate(MOST_RINGS);
-                return found;
-            }
-            limit *= 2;
+    /// Finds the smallest rings, and says whether there are others.
+    fn run(&mut self) -> Others {
+        match self.find() {
+            Ok(()) => Others::None,
+            Err(Stop::Enough) => Others::Some,
+            Err(Stop::TooLong) => Others::Unknown,
         }
-        Vec::new()
+    }
+
+    /// Finds all rings: the limit of robots doubles until there can't be larger ones.
+    fn find(&mut self) -> Result<(), Stop> {
+        let nodes = self.nodes_in_cycles();
+        let (mut done, mut limit) = (2, FIRST_ROBOTS);
+        while done < nodes.len() {
+            let starts = self.starts(&nodes, limit);
+            if self.check_steps().is_err() {
+                return if self.found.is_empty() {
+                    self.find_some(starts)
+                } else {
+                    Err(Stop::TooLong)
+                };
+            }
+            for robots in done + 1..=limit.min(nodes.len()) {
+                for start in starts.iter().filter(|start| start.fewest <= robots) {
+                    self.find_from(start.node, robots)?;
+                }
+            }
+            (done, limit) = (limit, 2 * limit);
+        }
+        Ok(())
     }
 
     /// Returns the nodes that may belong to a ring: those left when nodes that wait for nobody, and
@@ -160,22 +196,43 @@ impl<'a> Search<'a> {
         nodes.filter(|&node| !waits[node as usize] && !waited_for[node as usize]).collect()
     }
 
-    /// Returns for each node the smallest ring of at most `limit` robots of which it is the first,
-    /// if there is one.
-    fn within(&mut self, starts: &[u32], limit: usize) -> Vec<Vec<u32>> {
-        let mut found = Vec::new();
-        for &start in starts {
-            let reached = self.set_distances(start, limit);
-            found.extend(self.ring_from(start, limit));
-            for node in reached {
-                self.distance[node as usize] = u32::MAX;
-            }
-            if self.steps > MOST_STEPS {
-                self.certainty = Certainty::Bound;
+    /// Finds the smallest rings that begin with some nodes, when there is no time for all of them.
+    fn find_some(&mut self, mut starts: Vec<Start>) -> Result<(), Stop> {
+        starts.sort_by_key(|start| (start.fewest, start.node));
+        (self.steps, self.certainty) = (0, Certainty::Bound);
+        for start in starts {
+            self.find_from(start.node, start.fewest)?;
+        }
+        Err(Stop::TooLong)
+    }
+
+    /// Returns the nodes with which rings of at most `limit` robots may begin; not all of them if
+    /// that takes too many steps.
+    fn starts(&mut self, nodes: &[u32], limit: usize) -> Vec<Start> {
+        let mut starts = Vec::new();
+        for &node in nodes {
+            let reached = self.set_distances(node, limit);
+            let next = self.one_sided.row(node).iter();
+            let nearest = next.map(|&next| self.distance[next as usize]).min();
+            starts.extend(
+                nearest
+                    .filter(|distance| *distance != u32::MAX)
+                    .map(|distance| Start { node, fewest: distance as usize + 1 }),
+            );
+            self.forget_distances(&reached);
+            if self.check_steps().is_err() {
                 break;
             }
         }
-        found
+        starts
+    }
+
+    /// Finds the rings of so many robots that begin with a node and have later nodes otherwise.
+    fn find_from(&mut self, start: u32, robots: usize) -> Result<(), Stop> {
+        let reached = self.set_distances(start, robots);
+        let end = self.extend(&mut vec![start], robots);
+        self.forget_distances(&reached);
+        end
     }
 
     /// Sets the distances of nodes after a start to it, less than `limit`. Returns these nodes.
@@ -199,27 +256,20 @@ impl<'a> Search<'a> {
         reached
     }
 
-    /// Returns the smallest ring that begins with a node and has later nodes otherwise.
-    fn ring_from(&mut self, start: u32, limit: usize) -> Option<Vec<u32>> {
-        let distances = self.one_sided.row(start).iter().map(|&next| self.distance[next as usize]);
-        let shortest = distances.filter(|distance| *distance != u32::MAX).min()?;
-        for robots in (shortest as usize + 1).max(3)..=limit {
-            let mut ring = vec![start];
-            if self.extend(&mut ring, robots) {
-                return Some(ring);
-            }
-            if self.steps > MOST_STEPS {
-                return None;
-            }
+    fn forget_distances(&mut self, reached: &[u32]) {
+        for &node in reached {
+            self.distance[node as usize] = u32::MAX;
         }
-        None
     }
 
-    /// Extends the beginning of a ring to a ring of so many robots; `false` if there is none.
-    fn extend(&mut self, ring: &mut Vec<u32>, robots: usize) -> bool {
+    /// Extends the beginning of a ring to all rings of so many robots, and keeps them.
+    fn extend(&mut self, ring: &mut Vec<u32>, robots: usize) -> Result<(), Stop> {
         let (start, last) = (ring[0], ring[ring.len() - 1]);
         if ring.len() == robots {
-            return self.one_sided.row(last).binary_search(&start).is_ok();
+            return match self.one_sided.row(last).binary_search(&start) {
+                Ok(_) => self.keep(ring),
+                Err(_) => Ok(()),
+            };
         }
         let left = (robots - ring.len()) as u32;
         let one_sided = self.one_sided;
@@ -228,32 +278,48 @@ impl<'a> Search<'a> {
             let distance = self.distance[next as usize];
             if next > start && distance <= left && self.fits(ring, next, robots) {
                 ring.push(next);
-                if self.extend(ring, robots) {
-                    return true;
-                }
+                self.extend(ring, robots)?;
                 ring.pop();
             }
-            if self.steps > MOST_STEPS {
-                return false;
-            }
+            self.check_steps()?;
         }
-        false
+        Ok(())
     }
 
-    /// Whether a robot at a node touches none of a ring, and waits for none of it except where the
-    /// ring closes. (One that waits for it, other than the last, would be in a smaller ring with
-    /// the same first node, which is found before.)
+    fn keep(&mut self, ring: &[u32]) -> Result<(), Stop> {
+        if self.found.len() == MOST_RINGS {
+            return Err(Stop::Enough);
+        }
+        self.found.push(ring.to_vec());
+        Ok(())
+    }
+
+    fn check_steps(&self) -> Result<(), Stop> {
+        if self.steps > MOST_STEPS { Err(Stop::TooLong) } else { Ok(()) }
+    }
+
+    /// Whether a robot at a node touches none of a ring, waits for none of it except where the ring
+    /// closes, and only the last one waits for it: otherwise a smaller ring is among them.
     fn fits(&self, ring: &[u32], next: u32, robots: usize) -> bool {
         let closes = ring.len() + 1 == robots;
         ring.iter().enumerate().all(|(place, &member)| {
             let may_be_waited_for = place == 0 && closes;
+            let may_wait = place + 1 == ring.len();
             member != next
                 && !self.conflicts.is_touching(member, next)
                 && (may_be_waited_for || !self.is_wait(next, member))
+                && (may_wait || !self.is_wait(member, next))
         })
     }
 
     fn is_wait(&self, from: u32, to: u32) -> bool {
         is_wait(self.waits, from, to)
     }
+}
+
+/// A node with which rings may begin.
+struct Start {
+    node: u32,
+    /// The fewest robots of these rings.
+    fewest: usize,
 }

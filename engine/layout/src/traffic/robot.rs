@@ -4,6 +4,9 @@ use glam::DVec2;
 use regatta_base::sweep::Footprint;
 use serde::Serialize;
 
+use crate::ReadOptions;
+use crate::model::route_graph::RouteGraph;
+
 /// The smallest and the largest side of a robot, in metres.
 const SIDES: std::ops::RangeInclusive<f64> = 0.001..=100.0;
 
@@ -38,10 +41,17 @@ pub struct RobotTypeError {
     width: f64,
 }
 
+/// The sides of the default type, in metres.
+const DEFAULT_LENGTH: f64 = 0.9;
+const DEFAULT_WIDTH: f64 = 0.6;
+/// The side of the largest square robot that turns in a cell without leaving it, with some room, as
+/// a part of the cell's length.
+const PART_OF_CELL: f64 = 0.6;
+
 impl Default for RobotType {
-    /// The type of the default scenario: 0.9 m × 0.6 m, turning on the spot.
+    /// 0.9 m × 0.6 m, turning on the spot.
     fn default() -> Self {
-        Self { length: 0.9, width: 0.6, turning: Turning::OnTheSpot }
+        Self { length: DEFAULT_LENGTH, width: DEFAULT_WIDTH, turning: Turning::OnTheSpot }
     }
 }
 
@@ -55,6 +65,18 @@ impl RobotType {
             true => Ok(Self { length, width, turning }),
             false => Err(RobotTypeError { length, width }),
         }
+    }
+
+    /// Returns the type of a layout's robots if nobody gives one: the default type; as wide as a
+    /// roadmap was made for, if the layout is one, and small enough to turn in a cell, if it is a
+    /// grid of cells. `options` are those with which the layout was read.
+    pub fn of_layout(graph: &RouteGraph, options: &ReadOptions) -> Self {
+        let width = options.skeleton.map_or(DEFAULT_WIDTH, |width| f64::from(width.0) / 1000.0);
+        let length = width * DEFAULT_LENGTH / DEFAULT_WIDTH;
+        let most = cell_length(graph).map_or(f64::INFINITY, |length| PART_OF_CELL * length);
+        let [length, width] = [length, width]
+            .map(|side| micrometres(side.min(most).clamp(*SIDES.start(), *SIDES.end())));
+        Self { length, width, ..Self::default() }
     }
 
     /// Metres along the heading.
@@ -75,4 +97,25 @@ impl RobotType {
     pub(super) fn footprint(&self) -> Footprint {
         Footprint { half: (0.5 * DVec2::new(self.length, self.width)).as_vec2() }
     }
+}
+
+/// Rounds metres to micrometres.
+fn micrometres(metres: f64) -> f64 {
+    (metres * 1e6).round() / 1e6
+}
+
+/// Returns the length of a cell in metres if the layout is a grid of cells: all edges are equally
+/// long, and lead along an axis.
+fn cell_length(graph: &RouteGraph) -> Option<f64> {
+    let mut length = None;
+    for edge in graph.edges() {
+        let along = graph.node(edge.destination).position - graph.node(edge.origin).position;
+        let metres = along.abs().max_element();
+        let is_same = length.is_none_or(|length: f64| (length - metres).abs() < 1e-6);
+        if along.abs().min_element() > 1e-6 || !is_same {
+            return None;
+        }
+        length = Some(metres);
+    }
+    length
 }

@@ -367,7 +367,7 @@ fn heading_jumps_are_reported() {
 }
 
 #[test]
-fn dead_ends_and_unreachable_nodes_are_reported() {
+fn nodes_without_a_way_out_or_in_are_reported() {
     let text = format!("{NODES}{EDGES}").replace(", VelocityBackwards: 0.5", "");
     let found = check(&text);
     assert_eq!(found.len(), 2, "{found:#?}");
@@ -375,7 +375,7 @@ fn dead_ends_and_unreachable_nodes_are_reported() {
         found[0].starts_with("2 warning node 1: unreachable: no edge leads to it"),
         "{found:#?}"
     );
-    assert!(found[1].starts_with("3 warning node 2: dead end"), "{found:#?}");
+    assert!(found[1].starts_with("3 warning node 2: no way out"), "{found:#?}");
     assert_only(
         &check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")),
         "6 warning node 3: ",

@@ -65,7 +65,7 @@ numbered! {
         Spawned = 8,
         /// A robot left the fleet.
         Removed = 9,
-        /// A robot can't continue (a random walk at a dead end, for example).
+        /// A robot can't continue (a random walk at a node without a way out, for example).
         Faulted = 10,
         /// A robot stalls: it stops for a while.
         Stalled = 11,

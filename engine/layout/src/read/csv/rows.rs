@@ -37,11 +37,9 @@ impl<'a> Row<'a> {
             reader.error(self.place, "a node has no id: give one");
         }
         let [x, y] = [Field::X, Field::Y].map(|field| self.length(field, reader));
-        if x.is_none() || y.is_none() {
-            reader.error(
-                self.place,
-                &format!("node `{}` has no x and y that are numbers", shorten(id.unwrap_or("?"))),
-            );
+        if !self.has_all([Field::X, Field::Y]) {
+            let id = shorten(id.unwrap_or("?"));
+            reader.error(self.place, &format!("node `{id}` has no x or no y: give both"));
         }
         let heading =
             self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
@@ -53,11 +51,10 @@ impl<'a> Row<'a> {
                 Role::None
             })
         });
-        let position = DVec2::new(x?, y?);
         Some(LayoutNode {
             at: reader.at(self.place),
             id: id?.to_owned(),
-            position,
+            position: x.zip(y).map(DVec2::from),
             heading,
             role,
             tags,
@@ -105,19 +102,23 @@ impl<'a> Row<'a> {
     fn control_points(self, reader: &mut Reader<'_, '_>) -> Vec<DVec2> {
         let [x1, y1, x2, y2] =
             [Field::X1, Field::Y1, Field::X2, Field::Y2].map(|field| self.length(field, reader));
-        match [x1.zip(y1), x2.zip(y2)] {
-            [Some((x1, y1)), Some((x2, y2))] => vec![DVec2::new(x1, y1), DVec2::new(x2, y2)],
-            [Some((x, y)), None] if x2.is_none() && y2.is_none() => vec![DVec2::new(x, y)],
-            _ => {
-                if [x1, y1, x2, y2].iter().any(Option::is_some) {
-                    reader.error(
-                        self.place,
-                        "a control point is incomplete: give x1 and y1, or these and x2 and y2",
-                    );
-                }
-                Vec::new()
-            }
+        let given = [Field::X1, Field::Y1, Field::X2, Field::Y2];
+        match given.map(|field| self.text(field).is_some()) {
+            [false, false, false, false]
+            | [true, true, false, false]
+            | [true, true, true, true] => {}
+            _ => reader.error(
+                self.place,
+                "a control point is incomplete: give x1 and y1, or these and x2 and y2",
+            ),
         }
+        let points = [x1.zip(y1), x2.zip(y2)];
+        points.into_iter().map_while(|point| Some(DVec2::from(point?))).collect()
+    }
+
+    /// Whether no cell of some columns is missing or empty.
+    fn has_all<const N: usize>(self, fields: [Field; N]) -> bool {
+        fields.into_iter().all(|field| self.text(field).is_some())
     }
 
     fn tags(self) -> Tags {

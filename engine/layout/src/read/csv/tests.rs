@@ -6,7 +6,7 @@ use crate::model::format::Format;
 use crate::model::options::LengthUnit;
 use crate::model::route_graph::RouteGraph;
 use crate::model::tags::Role;
-use crate::{parse, read};
+use crate::{GraphError, parse, read};
 
 fn options() -> ReadOptions {
     ReadOptions { format: Some(Format::Csv), ..ReadOptions::default() }
@@ -152,8 +152,7 @@ fn mistakes_are_reported() {
             .contains("map.csv:6: error: edge `1` ends at node `3`")
     );
     assert!(
-        error(&format!("{nodes}\nfrom,to\n1,\n"))
-            .contains("map.csv:6: not a route graph: an edge has no ends")
+        error(&format!("{nodes}\nfrom,to\n1,\n")).contains("map.csv:6: error: an edge has no ends")
     );
     assert!(
         error(&format!("{nodes}3,one,0\nfrom,to\n1,2\n"))
@@ -172,6 +171,37 @@ fn mistakes_are_reported() {
     ] {
         assert!(messages.contains(message), "{messages}");
     }
+}
+
+#[test]
+fn all_errors_of_all_rows_are_told_once() {
+    let text = "id,x,y\n1,0,0\n2,1,0\n3,one,0\n4,,0\n\nfrom,to,speed,x1,y1\n1,2,1,,\n2,3,1,,\n\
+                1,9,1,,\n4,8,1,,\n1,2,fast,,\n2,1,-1,,\n1,2,1,5,five\n";
+    let error = parse(text, "map.csv", &options()).expect_err("errors");
+    let GraphError::Invalid(findings) = error else { panic!("{error}") };
+    let told: Vec<String> = findings.as_slice().iter().map(ToString::to_string).collect();
+    let expected = [
+        "map.csv:4: error: `x` is `one`: give a number",
+        "map.csv:5: error: node `4` has no x or no y: give both",
+        "map.csv:10: error: edge `3` ends at node `9`, which doesn't exist: add it or correct the id",
+        "map.csv:11: error: edge `4` ends at node `8`, which doesn't exist: add it or correct the id",
+        "map.csv:12: error: `speed` is `fast`: give a number",
+        "map.csv:13: error: edge 6: its speed is -1: it must be above 0 and at most 50 m/s",
+        "map.csv:14: error: `y1` is `five`: give a number",
+    ];
+    assert_eq!(told, expected);
+}
+
+#[test]
+fn errors_of_both_files_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let nodes = folder.path().join("map-nodes.csv");
+    std::fs::write(&nodes, "id,x,y\n1,0,0\n2,one,0\n").expect("written");
+    std::fs::write(folder.path().join("map-edges.csv"), "from,to\n1,2\n1,9\n").expect("written");
+    let error = read(&nodes, &options()).expect_err("errors");
+    let GraphError::Invalid(findings) = error else { panic!("{error}") };
+    assert_eq!(findings.errors(), 2, "{findings:?}");
+    assert!(messages(&findings).contains("node `9`, which doesn't exist"), "{findings:?}");
 }
 
 #[test]

@@ -28,6 +28,8 @@ const MAX_COORDINATE: f64 = 1e7;
 pub struct Curve {
     /// The byte offset of the entity, or of the outermost block that it is in.
     pub at: u32,
+    /// The number of the line as it was drawn: a polyline has one number, with several curves.
+    pub line: usize,
     pub layer: String,
     pub cubics: Vec<CubicBezier>,
 }
@@ -130,7 +132,9 @@ impl<'a> Expander<'a> {
         if !points.all(|point| point.is_finite() && point.abs().max_element() <= MAX_COORDINATE) {
             self.ignored.add(place.at, "entity further than 10,000 km from (0, 0)");
         } else if !cubics.is_empty() {
-            self.curves.push(Curve { at: place.at, layer: layer.to_owned(), cubics });
+            // Each entity begins with a step of its own.
+            let (at, line, layer) = (place.at, self.steps, layer.to_owned());
+            self.curves.push(Curve { at, line, layer, cubics });
         }
     }
 

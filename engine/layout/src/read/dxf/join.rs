@@ -1,6 +1,6 @@
 //! Joins curves where their ends meet, and splits them where the end of another touches them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
@@ -31,12 +31,21 @@ pub struct Network {
     pub links: Vec<Link>,
     /// Ends that nearly meet another curve, with the distance in metres.
     pub near_misses: Vec<(usize, f64)>,
-    /// The curves that are left out because both ends are at one place, or because they repeat
-    /// another one.
+    /// The curves that are left out because both ends are at one place.
     pub short: Vec<u32>,
-    pub repeated: Vec<u32>,
+    /// The lines that are left out, whole or in part, because another one lies there.
+    pub repeated: Vec<Repeated>,
     /// Whether some nodes haven't been compared with all curves near them.
     pub is_partial: bool,
+}
+
+/// A line that repeats another one.
+#[derive(Clone, Copy, Debug)]
+pub struct Repeated {
+    /// The byte offset of its entity.
+    pub at: u32,
+    /// Whether all of it does.
+    pub is_whole: bool,
 }
 
 /// A curve between two places.
@@ -95,13 +104,13 @@ impl Network {
 
     /// Adds the halves of a curve that starts and ends at one node, as no edge does.
     fn add_closed(&mut self, curve: Curve, places: &mut Places) {
-        let Curve { at, layer, cubics } = curve;
+        let Curve { at, line, layer, cubics } = curve;
         if length(&cubics) <= LONGEST_DOT {
             self.short.push(at);
             return;
         }
         for cubics in bisected(cubics) {
-            self.add(Curve { at, layer: layer.clone(), cubics }, places);
+            self.add(Curve { at, line, layer: layer.clone(), cubics }, places);
         }
     }
 
@@ -151,7 +160,8 @@ impl Network {
         splits.sort_by(|a, b| {
             (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal)
         });
-        let Link { mut from, to, curve: Curve { at, layer, cubics } } = link;
+        let Link { mut from, to, curve } = link;
+        let (part_of, cubics) = (Curve { cubics: Vec::new(), ..curve.clone() }, curve.cubics);
         let mut splits = splits.into_iter().peekable();
         // The cubics since the last split.
         let mut part = Vec::new();
@@ -164,31 +174,36 @@ impl Network {
                 }
                 let (before, after) = halves(&rest, share);
                 part.push(before);
-                self.push(from, node, std::mem::take(&mut part), &layer, at);
+                self.push(from, node, std::mem::take(&mut part), &part_of);
                 (from, rest, cut_at) = (node, after, parameter);
             }
             part.push(rest);
         }
-        self.push(from, to, part, &layer, at);
+        self.push(from, to, part, &part_of);
     }
 
-    fn push(&mut self, from: usize, to: usize, mut cubics: Vec<CubicBezier>, layer: &str, at: u32) {
+    fn push(&mut self, from: usize, to: usize, mut cubics: Vec<CubicBezier>, part_of: &Curve) {
         move_ends(&mut cubics, self.nodes[from].0, self.nodes[to].0);
-        self.links.push(Link { from, to, curve: Curve { at, layer: layer.to_owned(), cubics } });
+        self.links.push(Link { from, to, curve: Curve { cubics, ..part_of.clone() } });
     }
 
-    /// Removes straight links between nodes that another straight link connects.
+    /// Removes straight links between nodes that another straight link connects. The links of a
+    /// line follow each other.
     fn remove_repeated(&mut self) {
-        let mut seen = std::collections::BTreeSet::new();
-        let repeated = &mut self.repeated;
-        self.links.retain(|link| {
-            let pair = (link.from.min(link.to), link.from.max(link.to));
-            let is_new = !is_straight(&link.curve.cubics) || seen.insert(pair);
-            if !is_new {
-                repeated.push(link.curve.at);
+        let (mut seen, mut are_new) = (BTreeSet::new(), Vec::with_capacity(self.links.len()));
+        for links in self.links.chunk_by(|a, b| a.curve.line == b.curve.line) {
+            let first = are_new.len();
+            for link in links {
+                let pair = (link.from.min(link.to), link.from.max(link.to));
+                are_new.push(!is_straight(&link.curve.cubics) || seen.insert(pair));
             }
-            is_new
-        });
+            if are_new[first..].contains(&false) {
+                let is_whole = !are_new[first..].contains(&true);
+                self.repeated.push(Repeated { at: links[0].curve.at, is_whole });
+            }
+        }
+        let mut are_new = are_new.into_iter();
+        self.links.retain(|_| are_new.next().unwrap_or(true));
     }
 }
 

@@ -94,7 +94,9 @@ fn blocks_in_rows_and_columns_are_expanded() {
     );
     // The flag in the second column: 10 m along 15°.
     let second = DVec2::from_angle(15f64.to_radians()) * 10.0;
-    assert!(layout.nodes.iter().any(|node| node.position.distance(second) < 1e-9));
+    assert!(
+        layout.nodes.iter().any(|node| node.position.is_some_and(|at| at.distance(second) < 1e-9))
+    );
     assert!(layout.edges.iter().all(|edge| edge.tags.properties["layer"].as_ref() == "FLAGS"));
 }
 
@@ -158,6 +160,31 @@ fn lines_are_joined_and_split_where_others_end() {
         "{messages}"
     );
     assert_eq!(messages.matches("misses another").count(), 1, "{messages}");
+}
+
+#[test]
+fn lines_that_are_drawn_twice_are_counted_as_they_were_drawn() {
+    let (graph, messages) = graph(
+        &drawing(&[
+            &line([0.0, 0.0], [20.0, 0.0], "0"),
+            // Both split the first one.
+            &line([5.0, 0.0], [5.0, 4.0], "0"),
+            &line([10.0, 0.0], [10.0, 4.0], "0"),
+            // The first again, and half of it with as much beyond.
+            &line([20.0, 0.0], [0.0, 0.0], "0"),
+            &line([10.0, 0.0], [30.0, 0.0], "0"),
+        ]),
+        &ReadOptions::default(),
+    );
+    assert_eq!(graph.edges().len(), 2 * (3 + 2 + 1), "{messages}");
+    assert!(
+        messages.contains("warning: line that is drawn a second time: not used\n"),
+        "{messages}"
+    );
+    assert!(
+        messages.contains("warning: part of a line that is drawn a second time: not used\n"),
+        "{messages}"
+    );
 }
 
 #[test]

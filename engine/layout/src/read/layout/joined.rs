@@ -62,7 +62,8 @@ fn edges_without_length(layout: &Layout, ends: &[EndIndices]) -> [Vec<usize>; 2]
     for (index, (edge, ends)) in layout.edges.iter().zip(ends).enumerate() {
         let &[Some(origin), Some(destination)] = ends else { continue };
         let [from, to] = [origin, destination].map(|node| &layout.nodes[node]);
-        let gap = from.position.distance(to.position);
+        let Some((start, end)) = from.position.zip(to.position) else { continue };
+        let gap = start.distance(end);
         if origin != destination && gap < MIN_LENGTH && !is_curve(&edge.shape) {
             found[usize::from(from.tags.level != to.tags.level)].push(index);
         }

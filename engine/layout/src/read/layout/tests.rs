@@ -2,7 +2,7 @@ use crate::model::finding::Findings;
 use crate::model::options::ReadOptions;
 use crate::model::route_graph::RouteGraph;
 use crate::model::tags::Role;
-use crate::parse;
+use crate::{GraphError, parse};
 
 fn read(text: &str, name: &str) -> (RouteGraph, String) {
     let (graph, findings) = parse(text, name, &ReadOptions::default()).expect("a layout");
@@ -100,4 +100,48 @@ fn many_nodes_at_one_place_take_linear_time() {
     let (graph, messages) = read(&text, "map.csv");
     assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 2), "{messages}");
     assert!(messages.contains("and 19994 more nodes"), "{messages}");
+}
+
+/// Of each format with ids: a text whose node `B` has a wrong position, with an edge to it, and one
+/// to a node `X` that doesn't exist.
+const TWO_ERRORS: [(&str, &str); 4] = [
+    ("t.csv", "id,x,y\nA,0,0\nB,one,0\n\nfrom,to\nA,B\nB,A\nA,X\n"),
+    (
+        "t.lif.json",
+        r#"{"metaInformation": {}, "layouts": [{"layoutId": "L", "nodes": [
+        {"nodeId": "A", "nodePosition": {"x": 0, "y": 0}},
+        {"nodeId": "B", "nodePosition": {"x": 1}}], "edges": [
+        {"edgeId": "1", "startNodeId": "A", "endNodeId": "B"},
+        {"edgeId": "2", "startNodeId": "A", "endNodeId": "X"}]}]}"#,
+    ),
+    (
+        "t.geojson",
+        r#"{"type": "FeatureCollection", "features": [
+        {"properties": {"id": "A"}, "geometry": {"type": "Point", "coordinates": [0, 0]}},
+        {"properties": {"id": "B"}, "geometry": {"type": "Point", "coordinates": ["one", 0]}},
+        {"properties": {"id": 1, "startid": "A", "endid": "B"},
+         "geometry": {"type": "LineString", "coordinates": []}},
+        {"properties": {"id": 2, "startid": "A", "endid": "X"},
+         "geometry": {"type": "LineString", "coordinates": []}}]}"#,
+    ),
+    (
+        "t.xml",
+        r#"<?xml version="1.0"?>
+        <model version="6.0.0" name="m">
+        <point name="A" positionX="0" positionY="0"/><point name="B" positionX="one" positionY="0"/>
+        <path name="1" sourcePoint="A" destinationPoint="B" maxVelocity="1000"/>
+        <path name="2" sourcePoint="A" destinationPoint="X" maxVelocity="1000"/>
+        </model>"#,
+    ),
+];
+
+#[test]
+fn a_wrong_position_hides_no_missing_node_and_counts_once() {
+    for (name, text) in TWO_ERRORS {
+        let error = parse(text, name, &ReadOptions::default()).expect_err(name);
+        let GraphError::Invalid(findings) = error else { panic!("{name}: {error}") };
+        let told = messages(&findings);
+        assert_eq!(findings.errors(), 2, "{name}: {told}");
+        assert!(told.contains("ends at node `X`, which doesn't exist"), "{name}: {told}");
+    }
 }

@@ -29,17 +29,7 @@ impl<'text> Reader<'_, '_, 'text> {
             context.error(at, "a node has no `nodeId`: give it one");
             return None;
         };
-        let position = object.take_object("nodePosition", "`nodePosition`", context);
-        let Some(position) = position.and_then(|position| point(position, context)) else {
-            context.error(
-                at,
-                format!(
-                    "node `{}` has no `nodePosition` with `x` and `y`: give it one",
-                    shorten(&id)
-                ),
-            );
-            return None;
-        };
+        let position = position(&mut object, &id, context);
         let name = object.take_text("nodeName", context).map(Into::into);
         let mut node = LayoutNode {
             at,
@@ -128,6 +118,25 @@ impl<'text> Reader<'_, '_, 'text> {
 }
 
 /// Reads `x` and `y`, in metres.
+/// Returns the position of a node. Reports one that is missing or wrong.
+fn position<'text>(
+    object: &mut Object<'text>,
+    id: &str,
+    context: &mut Context<'_, 'text>,
+) -> Option<DVec2> {
+    let at = object.at;
+    let found = match object.take("nodePosition") {
+        Some(raw) => point(Object::parse(raw, "`nodePosition`", context)?, context),
+        None => None,
+    };
+    if found.is_none() {
+        let id = shorten(id);
+        let message = format!("node `{id}` has no `nodePosition` with `x` and `y`: give it one");
+        context.error(at, message);
+    }
+    found
+}
+
 fn point<'text>(mut object: Object<'text>, context: &mut Context<'_, 'text>) -> Option<DVec2> {
     let [x, y] = ["x", "y"].map(|key| object.take_number(key, context));
     object.ignore_rest(context);

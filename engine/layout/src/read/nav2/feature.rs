@@ -20,7 +20,8 @@ pub(super) struct Feature {
 
 #[derive(Debug)]
 pub(super) enum Geometry {
-    Point(DVec2),
+    /// `None` if its coordinates can't be used.
+    Point(Option<DVec2>),
     /// All points of a line, or of several lines end to end; often none.
     Line(Vec<DVec2>),
 }
@@ -59,11 +60,12 @@ impl Feature {
         };
         ignore(&rest, "a geometry", at, ignored);
         let mut points = Vec::new();
-        collect(&coordinates, &mut points, &mut |kind| ignored.add(at, kind))?;
-        let geometry = match (kind.as_str(), points.as_slice()) {
-            ("Point", [point]) => Geometry::Point(*point),
-            ("Point", _) => return Err("a point needs two finite coordinates".to_owned()),
-            ("LineString" | "MultiLineString", _) => Geometry::Line(points),
+        let collected = collect(&coordinates, &mut points, &mut |kind| ignored.add(at, kind));
+        let geometry = match (kind.as_str(), collected, points.as_slice()) {
+            ("Point", Ok(()), [point]) => Geometry::Point(Some(*point)),
+            ("Point", ..) => Geometry::Point(None),
+            (_, Err(error), _) => return Err(error),
+            ("LineString" | "MultiLineString", ..) => Geometry::Line(points),
             _ => {
                 ignored.add(at, format!("feature with the geometry {}", shorten(&kind)));
                 return Ok(None);

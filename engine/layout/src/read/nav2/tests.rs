@@ -163,8 +163,10 @@ fn broken_files_say_what_to_do() {
         (edge(r#""id": 7, "startid": 1"#), "graph:5: error: edge `7` lacks `startid` or `endid`"),
         (edge(r#""id": 7, "startid": 1, "endid": 99"#), "ends at node `99`, which doesn't exist"),
         (
-            with_lines(r#"{"geometry": {"type": "Point", "coordinates": [1]}}"#),
-            "graph:5: error: a feature can't be read",
+            with_lines(
+                r#"{"properties": {"id": 4}, "geometry": {"type": "Point", "coordinates": [1]}}"#,
+            ),
+            "graph:5: error: point `4` needs two finite coordinates",
         ),
         (
             with_lines(r#"{"geometry": {"type": "Point", "coordinates": [1, 1]}}"#),

@@ -89,7 +89,7 @@ impl<'a, 'text> Points<'a, 'text> {
         }
         Vertex {
             at: tree.at,
-            position: point.unwrap_or_default(),
+            position: point,
             name: items.get(3).and_then(Tree::text).unwrap_or_default(),
             properties: reader.properties(items.get(4), "a vertex"),
             is_kept: false,

@@ -60,7 +60,8 @@ fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &m
         if from.level.name == to.level.name {
             continue;
         }
-        let distance = from.vertex.position.distance(to.vertex.position);
+        let Some((start, end)) = from.vertex.position.zip(to.vertex.position) else { continue };
+        let distance = start.distance(end);
         // With several vertices in one cabin, the pairs are ambiguous.
         let reason = if [from, to].iter().any(|stop| counts[stop.level.name.as_str()] > 1) {
             "it has several vertices on a level"

@@ -41,7 +41,7 @@ pub(super) struct Level {
 pub(super) struct Vertex {
     pub at: u32,
     /// Metres; x to the east, y to the north.
-    pub position: DVec2,
+    pub position: Option<DVec2>,
     pub name: String,
     /// By key, as text.
     pub properties: BTreeMap<String, String>,
@@ -213,7 +213,8 @@ impl Vertex {
     }
 
     fn into_node(self, level: &str, id: String, report: &mut Report<'_>) -> LayoutNode {
-        if !self.position.is_finite() {
+        let position = self.position.filter(|position| position.is_finite());
+        if position != self.position {
             let message = format!("vertex `{id}` has no position: give finite numbers");
             report.file_error(self.at, message);
         }
@@ -228,7 +229,6 @@ impl Vertex {
                 tags.set(key, value);
             }
         }
-        let position = if self.position.is_finite() { self.position } else { DVec2::ZERO };
         LayoutNode { at: self.at, id, position, heading: None, role, tags }
     }
 }

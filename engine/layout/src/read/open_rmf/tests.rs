@@ -35,6 +35,10 @@ fn messages(findings: &Findings) -> String {
     findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect()
 }
 
+fn place(node: &LayoutNode) -> DVec2 {
+    node.position.expect("a position")
+}
+
 fn node<'a>(layout: &'a Layout, id: &str) -> &'a LayoutNode {
     layout.nodes.iter().find(|node| node.id == id).unwrap_or_else(|| panic!("no node {id}"))
 }
@@ -78,10 +82,10 @@ fn every_sample_is_read_completely() {
 fn positions_names_and_roles_of_the_office() {
     let (layout, _) = layout_of(&sample("office/0.yaml"), None);
     let supplies = node(&layout, "presupplies");
-    assert_eq!(supplies.position, DVec2::new(7.034_165_963_251_511, -2.110_989_673_230_760_5));
+    assert_eq!(place(supplies), DVec2::new(7.034_165_963_251_511, -2.110_989_673_230_760_5));
     assert_eq!(supplies.tags.level.as_deref(), Some("L1"));
     assert_eq!(
-        node(&layout, "L1/3").position,
+        place(node(&layout, "L1/3")),
         DVec2::new(18.739_524_294_973_8, -6.873_981_868_527_042)
     );
     assert_eq!(node(&layout, "tinyRobot1_charger").role, Role::Charge);
@@ -144,13 +148,13 @@ fn compare(ours: &Layout, theirs: &Layout) {
     let nearest = |node: &LayoutNode| {
         let level = ours.nodes.iter().filter(|ours| ours.tags.level == node.tags.level);
         level.min_by(|a, b| {
-            a.position.distance(node.position).total_cmp(&b.position.distance(node.position))
+            place(a).distance(place(node)).total_cmp(&place(b).distance(place(node)))
         })
     };
     let mut ids = BTreeMap::new();
     for node in &theirs.nodes {
         let our = nearest(node).expect("a node");
-        let distance = our.position.distance(node.position);
+        let distance = place(our).distance(place(node));
         assert!(distance < 1e-3, "{} is {distance} m from {}", node.id, our.id);
         let name = |node: &LayoutNode| {
             node.id
@@ -269,14 +273,14 @@ fn measurements_that_disagree_are_reported() {
         )
     };
     let (layout, findings) = layout_of(&map(0.5), None);
-    assert_eq!(node(&layout, "b").position, DVec2::new(1.0, 0.0));
+    assert_eq!(place(node(&layout, "b")), DVec2::new(1.0, 0.0));
     assert_eq!(
         layout.edges.iter().map(|edge| edge.orientation).collect::<Vec<_>>(),
         [Orientation::Tangential, Orientation::Offset(PI)]
     );
     assert_eq!(messages(&findings), "");
     let (layout, findings) = layout_of(&map(1.0), None);
-    assert!(node(&layout, "b").position.distance(DVec2::new(1.5, 0.0)) < 1e-12);
+    assert!(place(node(&layout, "b")).distance(DVec2::new(1.5, 0.0)) < 1e-12);
     assert!(
         messages(&findings).contains("disagree: 0.01000 to 0.02000 m per pixel"),
         "{}",
@@ -288,7 +292,7 @@ fn measurements_that_disagree_are_reported() {
 fn cartesian_maps_keep_their_coordinates() {
     let text = "coordinate_system: cartesian_meters\nlevels:\n  A:\n    vertices:\n    - [1, 2, 0, a]\n    - [3, 4, 0, b]\n    lanes:\n    \
                 - [0, 1, {}]\n";
-    assert_eq!(node(&layout_of(text, None).0, "b").position, DVec2::new(3.0, 4.0));
+    assert_eq!(place(node(&layout_of(text, None).0, "b")), DVec2::new(3.0, 4.0));
     let text = text.replace("cartesian_meters", "web_mercator");
     assert!(
         errors_of(&text).contains("coordinate system `web_mercator` can't be read"),
@@ -417,7 +421,7 @@ fn old_maps_without_a_coordinate_system_are_told_by_their_vertices() {
     let text = "levels:\n  A:\n    vertices: [[0, 1, 0, a], [3, 4, 0, b]]\n    lanes: [[0, 1, {bidirectional: [4, true]}]]\n";
     assert_eq!(Format::detect(text), Format::OpenRmf);
     let (layout, findings) = layout_of(text, None);
-    assert_eq!((node(&layout, "b").position, layout.edges.len()), (DVec2::new(3.0, -4.0), 2));
+    assert_eq!((place(node(&layout, "b")), layout.edges.len()), (DVec2::new(3.0, -4.0), 2));
     assert!(messages(&findings).contains("one pixel is read as one metre"));
 }
 

@@ -73,8 +73,10 @@ impl Reader<'_, '_> {
         let at = element.at;
         let name = element.take_text("name");
         let has_position = element.get("positionX").or(element.get("xPosition")).is_some();
-        let position =
-            has_position.then(|| self.position(&mut element, &format!("location `{name}`")));
+        let position = match has_position {
+            true => self.position(&mut element, &format!("location `{name}`")),
+            false => None,
+        };
         let kind_name = element.take_text("type");
         let kind = types.get(&kind_name).filter(|kind| self.inherits(kind, at));
         let (nodes, linked) = self.links(&mut element, kind);

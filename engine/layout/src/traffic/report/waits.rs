@@ -7,6 +7,7 @@ use super::{Remark, Topic};
 use crate::model::value::{plural, shorten};
 use crate::model::zones::{Zone, ZoneRule};
 use crate::traffic::InTheWay;
+use crate::traffic::rings::{Others, Rings};
 use crate::traffic::room::{Certainty, Count};
 use crate::traffic::stations::{BlockingStation, Effect};
 
@@ -46,14 +47,7 @@ impl Writer<'_> {
             remarks.push(Remark { robots, ..Remark::new(Topic::Ring, message).about(&[a, b]) });
         }
         remarks.extend(rings.smallest.iter().map(|ring| self.ring(ring)));
-        if rings.certainty == Certainty::Bound {
-            let others = match rings.smallest.as_slice() {
-                [] => "it isn't known whether there are any",
-                _ => "there may be more, and smaller ones than those here",
-            };
-            let message = format!("the search for rings of 3 robots or more was stopped: {others}");
-            remarks.push(Remark::new(Topic::Ring, message));
-        }
+        remarks.extend(other_rings(rings));
         remarks.extend(self.safe());
         remarks
     }
@@ -124,6 +118,28 @@ fn zone(zone: &Zone) -> String {
         ZoneRule::SameDirection => "one direction at a time".to_owned(),
     };
     format!("`{}`: {rule}", shorten(&zone.name))
+}
+
+/// The line about rings that aren't listed, if there are any or it isn't known.
+fn other_rings(rings: &Rings) -> Option<Remark> {
+    let last = rings.smallest.last().map_or(3, Vec::len);
+    let stopped = "the search for rings of 3 robots or more was stopped";
+    let message = match (rings.others, rings.certainty) {
+        (Others::None, _) => return None,
+        (_, Certainty::Bound) if rings.smallest.is_empty() => {
+            format!("{stopped}: it isn't known whether there are any")
+        }
+        (_, Certainty::Bound) => {
+            format!("{stopped}: there may be more, and smaller ones than those here")
+        }
+        (Others::Unknown, Certainty::Exact) => {
+            format!("{stopped}: there may be more, of {last} robots or more")
+        }
+        (Others::Some, Certainty::Exact) => format!(
+            "more rings, of {last} robots or more, aren't listed: these are the smallest ones"
+        ),
+    };
+    Some(Remark::new(Topic::Ring, message))
 }
 
 fn pairs_of_nodes(count: usize) -> String {

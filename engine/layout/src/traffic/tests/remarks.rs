@@ -246,3 +246,32 @@ fn sections_without_room_share_a_line() {
     assert_line(&said, "section: 16 single tracks of 1.0 m hold no robot between their ends", &[]);
     assert!(!said.iter().any(|line| line.contains(" 0 robots")), "{said:#?}");
 }
+
+#[test]
+fn rings_that_share_a_road_are_all_told() {
+    let said = lines(
+        "id,x,y\nA,0,0\nB,10,0\nC,5,10\nD,5,-10\n\nfrom,to,speed\n\
+         A,B,1\nB,C,1\nC,A,1\nB,D,1\nD,A,1\n",
+    );
+    assert_line(&said, "ring: 3 robots at `A`, `B`, `C` close a ring", &[]);
+    assert_line(&said, "ring: 3 robots at `A`, `B`, `D` close a ring", &[]);
+    assert!(!said.iter().any(|line| line.contains("more rings")), "{said:#?}");
+}
+
+#[test]
+fn rings_beyond_those_listed_are_told() {
+    let (mut nodes, mut roads) = (String::new(), String::new());
+    for ring in 0..7 {
+        for (corner, (x, y)) in (0..3).zip([(0, 0), (10, 0), (5, 10)]) {
+            nodes += &format!("{ring}-{corner},{},{y}\n", 20 * ring + x);
+            roads += &format!("{ring}-{corner},{ring}-{},1\n", (corner + 1) % 3);
+        }
+        if ring > 0 {
+            roads += &format!("{}-1,{ring}-0,1\n{ring}-0,{}-1,1\n", ring - 1, ring - 1);
+        }
+    }
+    let said = lines(&format!("id,x,y\n{nodes}\nfrom,to,speed\n{roads}"));
+    let rings = said.iter().filter(|line| line.contains("close a ring")).count();
+    assert_eq!(rings, 5, "{said:#?}");
+    assert_line(&said, "ring: more rings, of 3 robots or more, aren't listed", &[]);
+}

@@ -12,7 +12,9 @@ use crate::traffic::network::Network;
 use crate::traffic::passing::Passing;
 use crate::traffic::stations::station_names;
 use crate::traffic::tracks::{TrackKind, Tracks};
-use crate::traffic::{Certainty, Certificate, CutOff, Effect, Exchange, RobotType, Section};
+use crate::traffic::{
+    Certainty, Certificate, CutOff, Effect, Exchange, MOST_RINGS, Others, RobotType, Section,
+};
 use crate::{NodeIndex, Role};
 
 /// The number of random layouts for each verdict.
@@ -89,13 +91,19 @@ proptest! {
             .collect();
         let pairs = minimal.iter().filter(|set| set.count_ones() == 2).count();
         let larger = minimal.iter().map(|set| set.count_ones() as usize).filter(|count| *count > 2);
+        let mut larger: Vec<usize> = larger.collect();
+        larger.sort_unstable();
         let rings = &certificate.rings;
         prop_assert_eq!(rings.certainty, Certainty::Exact);
         prop_assert_eq!(rings.pairs, pairs);
-        prop_assert_eq!(rings.smallest.first().map(Vec::len), larger.min(), "{:?}", rings);
-        for ring in &rings.smallest {
-            prop_assert!(minimal.contains(&set(ring)), "{:?}", ring);
-        }
+        let has_others = larger.len() > MOST_RINGS;
+        prop_assert_eq!(rings.others, if has_others { Others::Some } else { Others::None });
+        larger.truncate(MOST_RINGS);
+        let listed: Vec<usize> = rings.smallest.iter().map(Vec::len).collect();
+        prop_assert_eq!(listed, larger, "{:?}", rings);
+        let sets: BTreeSet<u32> = rings.smallest.iter().map(|ring| set(ring)).collect();
+        prop_assert_eq!(sets.len(), rings.smallest.len());
+        prop_assert!(sets.iter().all(|set| minimal.contains(set)), "{:?}", rings);
         if let Some((a, b)) = rings.pair {
             prop_assert!(minimal.contains(&set(&[a, b])));
         }

@@ -38,7 +38,8 @@ impl Committed {
         }
         for (_, robot) in due {
             let Some(state) = traffic.robot(robot) else { continue };
-            let is_new = self.tried.get(&robot).is_none_or(|tried| *tried < state.sent);
+            // Robots are sent at the time of the cycle before.
+            let is_new = self.tried.get(&robot).is_none_or(|tried| *tried <= state.sent);
             if !is_round && !is_new {
                 continue;
             }

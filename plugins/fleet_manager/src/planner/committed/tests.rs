@@ -36,6 +36,19 @@ fn opposing_traffic_shares_a_track() {
 }
 
 #[test]
+fn a_lone_robot_gets_its_way_in_the_cycle_in_which_it_is_sent() {
+    let world = worlds::single_track(7);
+    let settings = PlannerKind::Committed.settings();
+    let mut model = Model::new(&world, &places(&world, 1, 1), 1, settings, committed);
+    for cycle in 0..10_000 {
+        model.run(1);
+        let needs_route = model.steering.robot(0).is_some_and(Robot::needs_route);
+        assert!(!needs_route, "cycle {cycle}, {} goals", model.total());
+    }
+    assert!(model.total() > 10);
+}
+
+#[test]
 fn a_robot_at_work_is_not_sent_away() {
     let world = worlds::single_track(7);
     for seed in 1..5 {

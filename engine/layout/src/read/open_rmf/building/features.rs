@@ -44,7 +44,7 @@ pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Repor
 
 /// Returns the line through vertices that are given by their indices.
 fn line<'a>(corners: impl Iterator<Item = &'a Tree<'a>>, level: &Level) -> Option<Vec<DVec2>> {
-    corners.map(|corner| Some(level.vertices.get(corner.index()?)?.position)).collect()
+    corners.map(|corner| level.vertices.get(corner.index()?)?.position).collect()
 }
 
 /// Returns the closed outline of a floor.
@@ -190,7 +190,8 @@ impl Shaft {
     fn add_to(&self, level: &mut Level, name: &str) {
         let turn = DVec2::from_angle(-self.yaw);
         for vertex in &mut level.vertices {
-            let inside = turn.rotate(vertex.position - self.centre).abs();
+            let Some(position) = vertex.position else { continue };
+            let inside = turn.rotate(position - self.centre).abs();
             if inside.cmple(self.size / 2.0).all() {
                 vertex.properties.entry("lift".to_owned()).or_insert_with(|| name.to_owned());
             }

@@ -1,0 +1,182 @@
+//! The restrictions of an answer: what took no part, runs that failed or don't count, orders that
+//! were late, and what the validator found.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::verdict::{BUSY, prefix};
+use crate::answer::{Answer, PointAnswer, VariantAnswer};
+use crate::outcome::CONTACT;
+use crate::plan::robots_in_words;
+
+/// The largest number of stalls of a variant that are told; `study.json` has all.
+const MOST_STALLS: usize = 4;
+/// The largest number of numbers of robots whose late orders are told.
+const MOST_NUMBERS: usize = 4;
+
+/// The restrictions of the answer: stations that took no part, runs that stalled, and orders that
+/// waited for long.
+pub(super) fn caveats(answer: &Answer) -> Vec<String> {
+    let mut caveats = Vec::new();
+    for variant in &answer.variants {
+        let name = prefix(variant);
+        for part in &variant.left_out {
+            caveats.push(format!("{name}**Left out**: {part}."));
+        }
+        if let Some(reason) = &variant.other_stops {
+            caveats.push(format!("{name}**Other stops**: {reason}."));
+        }
+        caveats.extend(failures(variant).map(|failures| format!("{name}{failures}")));
+        caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
+        caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
+        caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
+        // Fleets that are too small for the targets were run on purpose.
+        if variant.least.is_none() {
+            caveats.extend(late_orders(variant).map(|late| format!("{name}{late}")));
+        }
+    }
+    caveats
+}
+
+/// Tells the runs that failed, those of the fewest robots first.
+fn failures(variant: &VariantAnswer) -> Option<String> {
+    let (robots, reason) = variant.failed.first()?;
+    let robots = robots_in_words(*robots);
+    Some(format!(
+        "**Failed runs**: with {robots}, a run failed: {reason}. The answer is without such runs."
+    ))
+}
+
+/// Tells the orders that were late in the runs that count, by number of robots.
+fn late_orders(variant: &VariantAnswer) -> Option<String> {
+    let late = variant.points.iter().map(|point| (point.robots, late_in_runs_that_count(point)));
+    let late: Vec<(u32, u64)> = late.filter(|(_, orders)| *orders > 0).collect();
+    let told = late.iter().take(MOST_NUMBERS).map(|(robots, orders)| {
+        let noun = if *orders == 1 { "order" } else { "orders" };
+        format!("with {}, {orders} {noun}", robots_in_words(*robots))
+    });
+    let more = match late.len().saturating_sub(MOST_NUMBERS) {
+        0 => "",
+        _ => "; more with other numbers (`study.json`)",
+    };
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "**Late orders** waited for over 20 minutes, or weren't finished in that time: \
+             {}{more}.",
+            told.join("; ")
+        )
+    })
+}
+
+fn late_in_runs_that_count(point: &PointAnswer) -> u64 {
+    let runs = point.runs.iter().filter(|run| run.stalls.is_empty());
+    runs.map(|run| run.unserved).sum()
+}
+
+/// Tells that orders come faster than robots carry them.
+fn backlog(variant: &VariantAnswer) -> Option<String> {
+    let point = variant.points.last()?;
+    let open = point.open_orders?.mean;
+    if variant.is_load_endless || open <= 2.0 * f64::from(point.robots) + 10.0 {
+        return None;
+    }
+    let robots = robots_in_words(point.robots);
+    Some(format!(
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: orders come \
+         faster than they are carried."
+    ))
+}
+
+/// Tells that the robots of the knee carry all orders that come, so that more can't carry more.
+fn enough(variant: &VariantAnswer) -> Option<String> {
+    let knee = variant.knee.as_ref()?;
+    let point = variant.points.iter().find(|point| point.robots == knee.robots)?;
+    let is_idle = point.utilisation.is_some_and(|part| part.mean < BUSY);
+    if variant.is_load_endless || !is_idle {
+        return None;
+    }
+    Some(format!(
+        "**The load is the limit**: {} had an order {:.0} % of the time. The answer is what came, \
+         not what they can carry.",
+        robots_in_words(point.robots),
+        point.utilisation?.mean * 100.0
+    ))
+}
+
+/// Tells the stalls of a variant, those of the fewest robots first.
+fn stalls(variant: &VariantAnswer) -> Option<String> {
+    let runs: usize = variant.points.iter().map(|point| point.runs.len()).sum();
+    let stalled: usize = variant.points.iter().map(|point| point.stalled().count()).sum();
+    if stalled == 0 {
+        return None;
+    }
+    let mut text = format!(
+        "**No progress** in {stalled} of {runs} runs, which don't count for the answer; robots are \
+         named by their ids."
+    );
+    let mut told = 0;
+    for point in &variant.points {
+        for run in point.stalled().take(MOST_STALLS - told) {
+            let Some(stall) = run.stalls.first() else { continue };
+            let robots = robots_in_words(point.robots);
+            // Writing to a `String` never fails.
+            let _ = write!(text, " With {robots}, seed {}: {stall}.", run.seed);
+            told += 1;
+        }
+    }
+    match stalled - told {
+        0 => Some(text),
+        more => Some(format!("{text} And in {more} more runs: `study.json` has all.")),
+    }
+}
+
+/// Whether the validator found contacts, or anything else beside stalls and unserved orders.
+pub(super) fn has_findings(answer: &Answer) -> bool {
+    answer.variants.iter().any(|variant| variant.contacts > 0 || !variant.other_findings.is_empty())
+}
+
+/// The contacts and other findings of the validator.
+pub(super) fn safety(answer: &Answer) -> String {
+    let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
+    let points = answer.variants.iter().flat_map(|variant| &variant.points);
+    let runs: usize = points.map(|point| point.runs.len()).sum();
+    let mut others: BTreeMap<&str, u64> = BTreeMap::new();
+    for (kind, count) in answer.variants.iter().flat_map(|variant| &variant.other_findings) {
+        *others.entry(kind).or_default() += count;
+    }
+    let others: Vec<String> = others
+        .iter()
+        .map(|(kind, count)| format!("{kind} {count}{}", first_finding(answer, kind)))
+        .collect();
+    let others = match others.is_empty() {
+        true => "no other findings".to_owned(),
+        false => format!("**other findings**: {}", others.join("; ")),
+    };
+    match contacts {
+        0 => format!(
+            "No robot touched another in {runs} runs, as an independent validator judged them; \
+             {others}."
+        ),
+        count => format!(
+            "**Robots touched each other {count} times** in {runs} runs{}; {others}.",
+            first_finding(answer, CONTACT)
+        ),
+    }
+}
+
+/// Tells the first finding of a kind: run, robots and time, in parentheses. Empty if no run has an
+/// example.
+fn first_finding(answer: &Answer, kind: &str) -> String {
+    for variant in &answer.variants {
+        for point in &variant.points {
+            for run in &point.runs {
+                if let Some(example) = run.examples.get(kind) {
+                    let (name, robots) = (prefix(variant), robots_in_words(point.robots));
+                    return format!(" (first: {name}{robots}, seed {}: {example})", run.seed);
+                }
+            }
+        }
+    }
+    String::new()
+}
