@@ -130,14 +130,7 @@ fn larger(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Option
         variant.points.iter().filter(|point| (knee.robots + 1..end).contains(&point.robots));
     let larger: Vec<&PointAnswer> = larger.collect();
     if let Some(fewer) = larger.iter().find(|point| carries_fewer(point, knee)) {
-        let orders = fewer.orders_per_hour.map_or(0.0, |interval| interval.mean);
-        let waiting = fewer.waiting.map_or(0.0, |interval| interval.mean);
-        return Some(format!(
-            " With {}, it is less: {orders:.0} orders an hour; robots wait for room {:.0} % of \
-             their time.",
-            robots_in_words(fewer.robots),
-            100.0 * waiting
-        ));
+        return with_fewer_orders(fewer);
     }
     let numbers: Vec<u32> = larger.iter().map(|point| point.robots).collect();
     let tried = numbers_in_words(&numbers)?;
@@ -146,6 +139,19 @@ fn larger(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Option
         " With {tried}, each further robot brings on average less than {part:.0} % of {}.",
         alone(variant)
     ))
+}
+
+/// Tells that a number of robots carries less than that of the knee, or may do so.
+fn with_fewer_orders(point: &PointAnswer) -> Option<String> {
+    let count = robots_in_words(point.robots);
+    let orders = point.orders_per_hour?;
+    let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
+    let waits = format!("robots wait for room {waiting:.0} % of their time");
+    let some = orders_in_words(&orders);
+    Some(match is_known(&orders) || orders.mean == 0.0 {
+        true => format!(" With {count}, it is less: {some} orders an hour; {waits}."),
+        false => format!(" With {count}, the orders an hour are {some}; {waits}."),
+    })
 }
 
 /// Returns ascending numbers in words, as alternatives; `None` if there are none.

@@ -82,6 +82,17 @@ fn nothing_is_said_of_numbers_that_were_not_tried() {
 }
 
 #[test]
+fn a_throughput_with_an_interval_beyond_it_is_not_known() {
+    let said = said(&answer("1,2,4", |robots, seed| match (robots, seed) {
+        (4, 1) => Ok(measured(40.0)),
+        (4, _) => Ok(measured(4.0)),
+        _ => Ok(measured(f64::from(robots) * 20.0)),
+    }));
+    let end = "With 4 robots, the orders an hour are not known (";
+    assert!(said.contains(end) && !said.contains("it is less"), "{said}");
+}
+
+#[test]
 fn a_range_says_what_larger_numbers_bring() {
     let said = said(&answer("1,2,3,4,8", |robots, _| match robots {
         8 => Ok(stalled(StallKind::Livelock, vec![0, 1], 5.0)),
