@@ -77,7 +77,10 @@ fn leaves(door: &DoorRecord, state: &FacilityState, tick: u64) -> [Bar; 2] {
     let half = (end - start) / 2.0;
     let shut = (1.0 - state.openness(tick)).max(JAMB);
     let colour = colour(state.door()) as u32;
-    [Bar { ends: [start, start + half * shut], colour }, Bar { ends: [end, end - half * shut], colour }]
+    [
+        Bar { ends: [start, start + half * shut], colour },
+        Bar { ends: [end, end - half * shut], colour },
+    ]
 }
 
 /// Returns the sides of a cabin, on each level that it serves.
@@ -105,9 +108,8 @@ fn corners(lift: &LiftRecord) -> [Vec2; 4] {
     let size = Vec2::from_array(lift.size);
     let size = if size.min_element() > 0.0 { size } else { Vec2::splat(UNKNOWN_CABIN) };
     let turn = Vec2::from_angle(lift.yaw);
-    [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, y)| {
-        Vec2::from_array(lift.centre) + turn.rotate(size / 2.0 * Vec2::new(x, y))
-    })
+    [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+        .map(|(x, y)| Vec2::from_array(lift.centre) + turn.rotate(size / 2.0 * Vec2::new(x, y)))
 }
 
 fn colour(door: DoorState) -> BarColour {

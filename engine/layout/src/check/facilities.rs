@@ -294,7 +294,7 @@ Vertices:
         assert_eq!(&*lift.levels[1].name, "high");
         assert_eq!(graph.edge(lift.rides[0]).speed, 0.1, "a metre in ten seconds");
         let zone = graph.zones().last().expect("the zone of the lift");
-        assert_eq!((&*zone.name, zone.nodes.len(), zone.edges.len()), ("lift L", 2, 1));
+        assert_eq!((&*zone.name, zone.nodes.len(), zone.edges.len()), ("lift L", 2, 4));
         let door = &graph.doors()[0];
         assert_eq!((door.times.opening_secs, door.times.closing_secs), (5.0, 2.0));
         assert!((door.place(&graph.edge(door.edges[0]).path) - 3.0).abs() < 1e-9);

@@ -150,16 +150,21 @@ impl Lift {
         format!("lift {}", self.name)
     }
 
-    /// Returns the zone of the robots in the cabin: its nodes and the edges between them.
-    pub(crate) fn zone(&self) -> Zone {
+    /// Returns the zone of its robots: its nodes, and all edges from them and to them. A robot in a
+    /// doorway keeps the cabin, too.
+    pub(crate) fn zone(&self, edges: &[Edge]) -> Zone {
         let mut nodes: Vec<NodeIndex> =
             self.levels.iter().flat_map(|level| level.nodes.iter().copied()).collect();
         nodes.sort_unstable();
+        let is_inside = |node: &NodeIndex| nodes.binary_search(node).is_ok();
+        let edges = (0..).map(EdgeIndex).zip(edges);
+        let edges =
+            edges.filter(|(_, edge)| is_inside(&edge.origin) || is_inside(&edge.destination));
         Zone {
             name: self.zone_name().into(),
             rule: ZoneRule::Capacity(self.capacity),
+            edges: edges.map(|(index, _)| index).collect(),
             nodes,
-            edges: self.rides.clone(),
         }
     }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
+use regatta_base::graph::{EdgeIndex, NodeIndex};
 use serde::Serialize;
 
 use super::components::Components;
@@ -29,7 +29,7 @@ pub struct Info {
     pub bounding_box: BoundingBox,
     /// The position of the graph's (0, 0) in the file, in metres.
     pub origin: [f64; 2],
-    /// The speeds from origin to destination in metres per second.
+    /// The speeds from origin to destination in metres per second, without the rides of lifts.
     pub speed: Range,
     /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no
     /// edge does.
@@ -135,6 +135,9 @@ impl Info {
         let edges = graph.edges();
         let reverse = edges.iter().filter_map(|edge| edge.reverse_speed);
         let nodes = graph.nodes().len();
+        // The rides of lifts have the speeds of cabins.
+        let driven = (0..).map(EdgeIndex).zip(edges);
+        let driven = driven.filter(|(index, _)| !graph.is_ride(*index));
         Self {
             nodes,
             edges: edges.len(),
@@ -145,7 +148,7 @@ impl Info {
             length: Lengths::of(graph),
             bounding_box: BoundingBox::of(graph),
             origin: graph.origin().to_array(),
-            speed: Range::of(edges.iter().map(|edge| edge.speed)),
+            speed: Range::of(driven.map(|(_, edge)| edge.speed)),
             reverse_speed: Some(Range::of(reverse)).filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
             strong_components: ComponentSummary::of(&Components::strong(graph)),

@@ -158,7 +158,7 @@ impl RouteGraph {
     /// robots, in place of one with the same name, and its rides get the speeds of the cabin.
     pub fn with_facilities(mut self, doors: Vec<Door>, lifts: Vec<Lift>) -> Self {
         for lift in &lifts {
-            let zone = lift.zone();
+            let zone = lift.zone(&self.edges);
             self.zones.retain(|other| other.name != zone.name);
             self.zones.push(zone);
             for ride in &lift.rides {
