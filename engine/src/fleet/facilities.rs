@@ -9,6 +9,7 @@
 mod cabin;
 mod door;
 mod leaf;
+mod placement;
 mod scene;
 
 use std::collections::BTreeMap;
@@ -26,7 +27,7 @@ use self::cabin::{Cabin, LiftEdge};
 use self::door::Door;
 use self::leaf::whole_ticks;
 use self::scene::{Occupants, Outcome, Scene};
-use super::{EventBuffer, Fleet, Placement};
+use super::{EventBuffer, Fleet};
 
 /// The time between two looks for robots that wait for a door or a lift nobody has requested for
 /// them, in seconds.
@@ -175,7 +176,7 @@ impl Facilities {
     }
 }
 
-/// Methods for requests and placements.
+/// Methods for requests.
 impl Fleet {
     /// The states of all doors, then of all lifts.
     pub fn facility_states(&self) -> &[FacilityState] {
@@ -207,103 +208,6 @@ impl Fleet {
         facilities.note_states();
         is_done
     }
-
-    /// Checks that a new robot is neither in a closed door nor in a shaft without a cabin. Before
-    /// the first tick, doors and cabins are where robots need them.
-    pub(super) fn check_facilities(&self, placement: Placement) -> Result<(), Refusal> {
-        let Some(facilities) = &self.facilities else { return Ok(()) };
-        let has_begun = facilities.tick.is_some();
-        match self.place_of(placement) {
-            Place::Node(node) => {
-                let Some((lift, level)) = facilities.stop_of.get(&node) else { return Ok(()) };
-                let cabin = &facilities.cabins[*lift];
-                let comes = !has_begun && self.is_empty_lift(*lift);
-                (cabin.is_at(*level) || comes).then_some(()).ok_or(Refusal::NoCabin)
-            }
-            Place::Edge(edge) => {
-                let doors = facilities.doors_of.get(&edge).into_iter().flatten();
-                let are_open = |door: &usize| facilities.doors[*door].is_open();
-                if has_begun && !doors.clone().all(are_open) {
-                    return Err(Refusal::EdgeClosed);
-                }
-                match facilities.lift_of.get(&edge) {
-                    None => Ok(()),
-                    Some((_, LiftEdge::Ride)) => Err(Refusal::NoCabin),
-                    Some((lift, LiftEdge::Doorway(level))) => {
-                        let is_open = facilities.cabins[*lift].is_open_at(*level);
-                        let comes = !has_begun
-                            && (self.is_empty_lift(*lift)
-                                || facilities.cabins[*lift].is_at(*level));
-                        (is_open || comes).then_some(()).ok_or(Refusal::NoCabin)
-                    }
-                }
-            }
-        }
-    }
-
-    /// Before the first tick: opens the doors in which a new robot is, and brings it the cabin.
-    pub(super) fn settle_facilities(&mut self, placement: Placement) {
-        let place = self.place_of(placement);
-        let Some(facilities) = &mut self.facilities else { return };
-        if facilities.tick.is_some() {
-            return;
-        }
-        match place {
-            Place::Node(node) => {
-                if let Some((lift, level)) = facilities.stop_of.get(&node) {
-                    facilities.cabins[*lift].set_level(*level);
-                }
-            }
-            Place::Edge(edge) => {
-                for door in facilities.doors_of.get(&edge).into_iter().flatten() {
-                    facilities.doors[*door].set_open(&mut facilities.outcome);
-                }
-                if let Some((lift, LiftEdge::Doorway(level))) = facilities.lift_of.get(&edge) {
-                    facilities.cabins[*lift].set_level(*level);
-                    facilities.cabins[*lift].set_open(&mut facilities.outcome);
-                }
-            }
-        }
-        facilities.note_states();
-        for (edge, is_barred) in facilities.outcome.gates.drain(..) {
-            self.motion.legs.bar(edge, is_barred);
-        }
-    }
-
-    /// Whether no robot is in a cabin or its doorways.
-    fn is_empty_lift(&self, lift: usize) -> bool {
-        let Some(facilities) = &self.facilities else { return true };
-        (0..self.robots()).all(|row| {
-            if self.is(row, RobotState::Absent) {
-                return true;
-            }
-            match self.standing_at(row as u32) {
-                Some(node) => facilities.stop_of.get(&node).is_none_or(|(of, _)| *of != lift),
-                None => {
-                    let edge = EdgeIndex(self.columns.edge[row]);
-                    facilities.lift_of.get(&edge).is_none_or(|(of, _)| *of != lift)
-                }
-            }
-        })
-    }
-
-    fn place_of(&self, placement: Placement) -> Place {
-        match placement {
-            Placement::Node(node) => Place::Node(node),
-            Placement::Edge(edge, s) => {
-                let length = self.motion.legs.tracks().edge_length(edge) as f32;
-                let destination = self.graph.edge(edge).destination;
-                if s >= length { Place::Node(destination) } else { Place::Edge(edge) }
-            }
-        }
-    }
-}
-
-/// The place of a new robot.
-enum Place {
-    Node(NodeIndex),
-    /// Within the edge.
-    Edge(EdgeIndex),
 }
 
 /// Methods for a tick.
@@ -375,13 +279,17 @@ impl Fleet {
         if let LiftEdge::Doorway(level) = place {
             return Some((lift, level));
         }
-        // The last of the rides in a row.
-        let ahead = self.motion.plans.base(self.columns.route[row]).iter().copied();
-        let is_ride =
-            |leg: &Leg| facilities.lift_of.get(&leg.edge) == Some(&(lift, LiftEdge::Ride));
-        let last = ahead.take_while(is_ride).last().unwrap_or(leg);
-        let (_, level) = facilities.stop_of.get(&self.graph.leg_end(last))?;
-        Some((lift, *level))
+        // The end of all rides up, or down, in a row.
+        let level = |node| facilities.stop_of.get(&node).map(|(_, level)| *level);
+        let (from, mut to) = (level(self.graph.leg_start(leg))?, level(self.graph.leg_end(leg))?);
+        let is_up = to > from;
+        for next in self.motion.plans.base(self.columns.route[row]).iter().skip(1) {
+            match level(self.graph.leg_end(*next)) {
+                Some(level) if level != to && (level > to) == is_up => to = level,
+                _ => break,
+            }
+        }
+        Some((lift, to))
     }
 
     /// Returns the node at which a robot stands: at the end of its leg, or without an edge.

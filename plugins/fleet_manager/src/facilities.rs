@@ -56,6 +56,8 @@ pub struct Facilities {
     doors: BTreeMap<u32, f32>,
     /// By edge: its lift and its part in it.
     parts: BTreeMap<u32, (u32, Part)>,
+    /// By node in a cabin: its level, counted from the lowest of its lift.
+    levels: BTreeMap<u32, usize>,
     /// By lift: the longest time until the cabin is there, in seconds.
     coming_secs: Vec<f32>,
     /// The requests of doors by robot and edge, with the time of the last command.
@@ -98,6 +100,10 @@ impl Facilities {
             let levels = world.lift_levels(lift).iter();
             let nodes = levels.flat_map(|level| world.level_nodes(level));
             let nodes: Vec<u32> = nodes.copied().collect();
+            for (number, level) in world.lift_levels(lift).iter().enumerate() {
+                let nodes = world.level_nodes(level).iter();
+                facilities.levels.extend(nodes.map(|node| (*node, number)));
+            }
             facilities.add_parts(world, index, &nodes, world.lift_rides(lift));
             let gaps = lift.levels.saturating_sub(1) as f32;
             let doors_secs = lift.opening_secs + lift.closing_secs;
@@ -176,15 +182,23 @@ impl Facilities {
     }
 
     /// Returns the node at whose level a robot needs the cabin for a way that begins with a part of
-    /// its lift: the end of all rides in a row, or that of the doorway.
+    /// its lift: the end of all rides up, or down, in a row, or that of the doorway.
     fn stop(&self, roads: &Roads, part: Part, way: &[Step]) -> Option<u32> {
         match part {
             Part::Doorway(node) => Some(node),
             Part::Ride => {
-                let is_ride = |step: &&Step| {
-                    matches!(self.parts.get(&step.leg.edge()), Some((_, Part::Ride)))
-                };
-                way.iter().take_while(is_ride).last().map(|step| roads.end(step.leg))
+                let level = |node: u32| self.levels.get(&node).copied();
+                let first = way.first()?.leg;
+                let (from, mut node) = (level(roads.start(first))?, roads.end(first));
+                let is_up = level(node)? > from;
+                for step in &way[1..] {
+                    let (here, next) = (level(node)?, roads.end(step.leg));
+                    match level(next) {
+                        Some(there) if there != here && (there > here) == is_up => node = next,
+                        _ => break,
+                    }
+                }
+                Some(node)
             }
         }
     }

@@ -73,3 +73,17 @@ fn routes_cost_what_doors_and_lifts_cost() {
     // The ride of 8 m at 1 m/s takes as long as the cabin.
     assert_eq!(delays[..6], [0.0, 4.0, 9.0, 0.0, 3.0, 0.0]);
 }
+
+/// A robot that has a ride up in its base, and a new plan that leads down again from there.
+#[test]
+fn a_cabin_is_called_to_where_the_robot_turns_back() {
+    let world = plant();
+    let (facilities, roads) = (Facilities::new(&world.view(1, 1)), Roads::new(&world.view(1, 1)));
+    let way = |edges: &[u32]| -> Vec<Step> {
+        edges.iter().map(|edge| Step { leg: Leg::new(*edge, false), metres: 8.0 }).collect()
+    };
+    let stop = |edges: &[u32]| facilities.stop(&roads, Part::Ride, &way(edges));
+    assert_eq!(stop(&[3, 4]), Some(4));
+    assert_eq!(stop(&[3, 9, 8]), Some(4), "up first, and then down");
+    assert_eq!(stop(&[9, 8]), Some(3));
+}
