@@ -123,7 +123,7 @@ mod tests {
     fn a_leaf_that_turns_back_needs_only_the_way_that_it_has_come() {
         let mut leaf = leaf();
         leaf.open(0);
-        (0..=10).for_each(|tick| drop(leaf.step(tick)));
+        assert_eq!((0..=10).find(|tick| leaf.step(*tick)), Some(10));
         leaf.close(10);
         leaf.open(15);
         assert_eq!((15..100).find(|tick| leaf.step(*tick)), Some(18), "a quarter of the way");

@@ -16,7 +16,7 @@ from imported.curves import Edge, line
 
 SAME_PLACE = 1e-3
 """Vertices of a lift that are nearer to the one below are moved, in metres."""
-SHIFT = 2e-3
+SHIFT = 0.02
 """How far they are moved to the east, in metres."""
 
 

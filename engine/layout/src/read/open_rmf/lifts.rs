@@ -14,8 +14,9 @@ use crate::model::value::shorten;
 use crate::read::layout::{Layout, LayoutEdge, LayoutLift};
 
 /// The distance in metres by which a vertex in a cabin is moved that is at the same place as that
-/// of the level below: an edge between them needs a length.
-const SHIFT: f64 = 2.0 * MIN_LENGTH;
+/// of the level below: an edge between them needs a length, of more than the few millimetres within
+/// which a robot counts as standing at a node.
+const SHIFT: f64 = 0.02;
 
 /// A lift as the file describes it.
 #[derive(Debug, Default)]
