@@ -62,11 +62,10 @@ pub(super) fn add(
 fn door_plan(tree: &Tree<'_>, level: &Level) -> Option<(String, DoorPlan)> {
     let [start, end, map, ..] = tree.items() else { return None };
     let name = map.get("name").and_then(plain).filter(|name| !name.is_empty())?;
-    let ends = [start.index()?, end.index()?];
-    let line = [level.vertices.get(ends[0])?.position, level.vertices.get(ends[1])?.position];
-    let is_drawn = line.iter().all(|point| point.is_finite()) && name.len() <= MAX_NAME;
+    let [from, to] = [level.vertices.get(start.index()?)?, level.vertices.get(end.index()?)?];
+    let line = [from.position?, to.position?];
     let times = door_times(map, line[0].distance(line[1]));
-    is_drawn.then_some((name, DoorPlan { at: tree.at, line, times }))
+    (name.len() <= MAX_NAME).then_some((name, DoorPlan { at: tree.at, line, times }))
 }
 
 /// Returns the times of a door by its type and its width in metres.
