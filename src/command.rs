@@ -11,6 +11,7 @@ use regatta_plugin::order::NO_ROBOT;
 use regatta_plugin::{Commands, ManagerClient};
 
 use crate::control::Target;
+use crate::facilities::{door_edge, lift_node};
 use crate::failure::Failure;
 
 /// The time within which a running fleet answers.
@@ -66,6 +67,28 @@ pub enum RobotCommand {
     Close(Edge),
     /// Open a closed edge again.
     Open(Edge),
+    /// Open a door, and keep it open for ten seconds.
+    Door {
+        /// Door, by name.
+        door: String,
+        /// End the request instead.
+        #[arg(long)]
+        release: bool,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// Call a lift to a level, where it stays for ten seconds or more.
+    Lift {
+        /// Lift, by name.
+        lift: String,
+        /// Level, by name.
+        level: String,
+        /// End the call instead.
+        #[arg(long)]
+        release: bool,
+        #[command(flatten)]
+        target: Target,
+    },
     /// Ask the fleet manager to send a robot to a node. A robot with a load finishes its order first.
     Send {
         #[command(flatten)]
@@ -165,6 +188,22 @@ pub fn run(command: RobotCommand) -> Result<(), Failure> {
         }
         RobotCommand::Open(Edge { edge, target }) => {
             print_event(&join(&target)?.send(|commands| commands.open_edge(edge))?);
+        }
+        RobotCommand::Door { door, release, target } => {
+            let mut fleet = join(&target)?;
+            let edge = fleet.world(|world| door_edge(world, &door))??;
+            print_event(&fleet.send(|commands| match release {
+                true => commands.release_door(NO_ROBOT, edge),
+                false => commands.request_door(NO_ROBOT, edge),
+            })?);
+        }
+        RobotCommand::Lift { lift, level, release, target } => {
+            let mut fleet = join(&target)?;
+            let node = fleet.world(|world| lift_node(world, &lift, &level))??;
+            print_event(&fleet.send(|commands| match release {
+                true => commands.release_lift(NO_ROBOT, node),
+                false => commands.call_lift(NO_ROBOT, node),
+            })?);
         }
         RobotCommand::Send { robot: Robot { robot, target }, node } => {
             let node = node_id(&join(&target)?, &node)?;

@@ -5,9 +5,11 @@ use clap::Args;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{Control, ControlError, FleetName};
-use serde_json::json;
+use serde_json::{Value, json};
 
+use crate::facilities::{Facility, facilities};
 use crate::failure::Failure;
+use crate::output::show;
 
 /// The fleet that a command is sent to.
 #[derive(Args)]
@@ -20,7 +22,19 @@ pub struct Target {
 /// Prints the status of a fleet.
 pub fn status(json: bool, target: &Target) -> Result<(), Failure> {
     let status = Control::open(&target.fleet)?.status()?;
-    println!("{}", if json { status_json(&status) } else { status_line(&status) });
+    let facilities = facilities(&target.fleet)?;
+    if json {
+        let mut value = status_value(&status);
+        if !facilities.is_empty() {
+            value["facilities"] = facilities.iter().map(Facility::json).collect();
+        }
+        println!("{value}");
+        return Ok(());
+    }
+    println!("{}", status_line(&status));
+    for facility in &facilities {
+        show(facility.line() + "\n");
+    }
     Ok(())
 }
 
@@ -59,6 +73,10 @@ pub fn status_line(status: &ControlResponse) -> String {
 
 /// Formats the status of a fleet as JSON.
 pub fn status_json(status: &ControlResponse) -> String {
+    status_value(status).to_string()
+}
+
+fn status_value(status: &ControlResponse) -> Value {
     let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
     let speed = if status.speed.is_finite() { json!(status.speed) } else { json!("max") };
     json!({
@@ -81,5 +99,4 @@ pub fn status_json(status: &ControlResponse) -> String {
         "tick_cost_p99_secs": status.tick_cost_p99_nanos as f64 * 1e-9,
         "resident_bytes": status.resident_bytes,
     })
-    .to_string()
 }

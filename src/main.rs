@@ -8,6 +8,7 @@ mod control;
 mod day;
 mod doctor;
 mod engine;
+mod facilities;
 mod fleets;
 mod graph;
 mod new;

@@ -48,6 +48,8 @@ struct Simulation {
     command_log: Vec<CommandRecord>,
     /// The number of closures and openings when the closed edges were last published.
     closures_published: u64,
+    /// The number of changes of doors and lifts when their states were last published.
+    facilities_published: u64,
     /// Ticks with events since readers were last woken.
     unannounced_ticks: usize,
     last_tick: Option<u64>,
@@ -181,6 +183,7 @@ fn open(
         commands: Vec::new(),
         command_log: Vec::new(),
         closures_published: 0,
+        facilities_published: 0,
         unannounced_ticks: 0,
         last_tick: options.ticks,
         digest: options.digest.then(Digest::default),
@@ -253,6 +256,7 @@ impl Simulation {
             self.unannounced_ticks += 1;
         }
         self.publish_closures(session)?;
+        self.publish_facilities(session)?;
         if !self.command_log.is_empty() {
             let published = session.ports().publish_command_log(tick, &self.command_log);
             session.unless_full(published)?;
@@ -267,6 +271,18 @@ impl Simulation {
             self.closures_published = self.fleet.closure_changes();
             let tick = session.tick();
             let published = session.ports().publish_closures(tick, &self.fleet.closed_edges());
+            session.unless_full(published)?;
+        }
+        Ok(())
+    }
+
+    /// Publishes the states of doors and lifts if they have changed.
+    fn publish_facilities(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        if self.facilities_published != self.fleet.facility_changes() {
+            self.facilities_published = self.fleet.facility_changes();
+            let tick = session.tick();
+            let states = self.fleet.facility_states();
+            let published = session.ports().publish_facilities(tick, states);
             session.unless_full(published)?;
         }
         Ok(())

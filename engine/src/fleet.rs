@@ -1,8 +1,8 @@
 //! The state of all robots as private columns, and everything that changes it: spawns, commands and
 //! time.
 //!
-//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `commands`, `release`,
-//! `spawn`) are methods of [`Fleet`] by topic.
+//! The parts of a fleet (`ahead`, `batteries`, `closures`, `facilities`, `impairment`, `commands`,
+//! `release`, `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod batteries;
@@ -10,6 +10,7 @@ mod closures;
 mod columns;
 mod commands;
 mod events;
+mod facilities;
 mod graph_size;
 mod impairment;
 mod release;
@@ -34,6 +35,7 @@ pub use self::ahead::Ahead;
 use self::batteries::Batteries;
 use self::columns::FleetColumns;
 pub use self::events::EventBuffer;
+use self::facilities::Facilities;
 pub use self::graph_size::check_size;
 use self::impairment::Impairment;
 pub use self::spawn::{Placement, RouteSource};
@@ -141,6 +143,8 @@ pub struct Fleet {
     impairments: BTreeMap<u32, Impairment>,
     /// `None` if no type has a battery.
     batteries: Option<Batteries>,
+    /// `None` if the graph has neither doors nor lifts.
+    facilities: Option<Box<Facilities>>,
     /// The number of closures and openings of edges.
     closure_changes: u64,
     /// None if a step runs on the calling thread alone.
@@ -171,7 +175,8 @@ impl Fleet {
         };
         let batteries = Batteries::new(&types, &graph, (tick_period, seed));
         let node_ids = graph.nodes().iter().map(|node| node.id).collect();
-        let legs = LegTable::new(node_ids, &motion_edges(&graph), tracks)?;
+        let mut legs = LegTable::new(node_ids, &motion_edges(&graph), tracks)?;
+        let facilities = Facilities::new(&graph, tick_period, &mut legs);
         let oriented = limits.iter().any(KinematicLimits::can_turn)
             || graph.edges().iter().any(|edge| edge.orientation != Orientation::Tangential);
         let columns = FleetColumns::new(legs.pieces().len(), limited, oriented);
@@ -190,6 +195,7 @@ impl Fleet {
             most_robots,
             impairments: BTreeMap::new(),
             batteries,
+            facilities,
             closure_changes: 0,
             pool,
         })

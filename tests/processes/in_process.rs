@@ -228,9 +228,15 @@ fn robots_that_charge() {
 }
 
 #[test]
+fn robots_that_pass_doors_and_ride_a_lift() {
+    compare(&graphs("lift.yaml"), 6000, true);
+}
+
+#[test]
 fn managed_robots_on_layouts_of_others() {
     compare_managed(graphs("porto.yaml"), 4);
     compare_managed(graphs("imported/opentcs/PlantModelV004.sample.xml"), 4);
     compare_managed(graphs("imported/open-rmf/office/0.yaml"), 3);
+    compare_managed(graphs("imported/open-rmf/hotel/0.yaml"), 3);
     compare_managed(graphs("imported/nav2/aws_graph.geojson"), 2);
 }

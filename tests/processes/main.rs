@@ -10,6 +10,7 @@ mod command_line;
 mod control;
 mod determinism;
 mod ending;
+mod facilities;
 mod fleet;
 mod fleet_manager;
 mod fleets;

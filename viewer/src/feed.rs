@@ -6,9 +6,11 @@ use std::time::{Duration, Instant};
 use regatta_interface::view_model::Counts;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::column::{ACTIVITY, TYPE};
+use regatta_plugin::facility::FacilityState;
 use regatta_plugin::{
-    ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant,
-    ReadError, RecordingReader, ReplayedRecording, Result, Subscriber, World, WorldReader,
+    ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, FacilityReader, Frame,
+    Participant, ReadError, RecordingReader, ReplayedRecording, Result, Subscriber, World,
+    WorldReader,
 };
 
 /// The number of polls between two checks whether a column still has a publisher.
@@ -30,6 +32,7 @@ pub struct Feed {
     value: Option<(ColumnName, ColumnReader)>,
     contacts: ContactReader,
     closures: ClosureReader,
+    facilities: FacilityReader,
     recording: RecordingReader,
     /// The number of consecutive frames that don't belong to the announced recording.
     strange_frames: u32,
@@ -57,6 +60,8 @@ pub struct News {
     pub contacts: bool,
     /// Edges were closed or opened.
     pub closures: bool,
+    /// Doors or lifts have changed.
+    pub facilities: bool,
     /// There is a new [`Feed::recording`], or more is known of it.
     pub recording: bool,
 }
@@ -75,6 +80,7 @@ impl Feed {
             value: None,
             contacts: ContactReader::open_on(participant)?,
             closures: ClosureReader::open_on(participant)?,
+            facilities: FacilityReader::open_on(participant)?,
             recording: RecordingReader::open_on(participant)?,
             strange_frames: 0,
             polls: 0,
@@ -116,6 +122,7 @@ impl Feed {
             value: self.poll_value()?,
             contacts: self.contacts.latest()?.is_some(),
             closures: self.closures.take()?,
+            facilities: self.facilities.take()?,
             frame: self.frames.latest()?.is_some(),
             // This follows the frame, because the facts of its run are published before it.
             recording: self.recording.take()?,
@@ -226,6 +233,11 @@ impl Feed {
     /// The edges that are closed in the current run, sorted by id.
     pub fn closed(&self) -> &[ClosedEdge] {
         self.last.map_or(&[], |(run, _)| self.closures.closed(run))
+    }
+
+    /// The states of the doors and lifts in the current run.
+    pub fn facilities(&self) -> &[FacilityState] {
+        self.last.map_or(&[], |(run, _)| self.facilities.states(run))
     }
 
     /// The recording that is replayed, if the producer is a replay.

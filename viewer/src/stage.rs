@@ -143,6 +143,7 @@ impl Stage {
             }
         }
         self.update_closed(news, !has_graph);
+        self.update_facilities(news, !has_graph);
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
             if let Some(history) = self.history.as_mut().filter(|_| is_live) {
@@ -338,6 +339,18 @@ impl Stage {
         let closed = &self.closed.1;
         for renderer in all(&mut self.renderer, &mut self.further_levels) {
             renderer.set_closed(&world, closed);
+        }
+    }
+
+    /// Draws doors and lifts anew if they have changed, or if some are in motion.
+    fn update_facilities(&mut self, news: News, is_other_graph: bool) {
+        let states = self.feed.facilities();
+        let are_moving = states.iter().any(|state| state.ticks > 0);
+        let is_new = news.facilities || news.world || is_other_graph || news.frame && are_moving;
+        let (Some(world), true) = (self.feed.world(), is_new) else { return };
+        let tick = self.feed.frame().map_or(0, |frame| frame.tick());
+        for renderer in all(&mut self.renderer, &mut self.further_levels) {
+            renderer.set_facilities(&world, states, tick);
         }
     }
 

@@ -3,6 +3,7 @@
 mod body_heading;
 mod coincident;
 pub mod diff;
+mod facilities;
 pub(crate) mod fix;
 pub(crate) mod lint;
 pub(crate) mod units;

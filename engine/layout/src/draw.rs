@@ -1,9 +1,11 @@
 //! Draws a route graph as a map: an SVG file with the exact Bézier curves.
 
+mod facilities;
 mod labels;
 mod traffic;
 
 use glam::DVec2;
+use regatta_base::graph::EdgeIndex;
 use regatta_base::round;
 use regatta_base::svg::Svg;
 
@@ -35,7 +37,7 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 ///
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
 /// they allow reverse gear. Nodes show their headings, and rings in the colours of their roles;
-/// stations are squares. Labels are names or else ids: those of nodes in grey, unless there are
+/// stations are squares, doors bars, cabins of lifts outlines. Labels are names or else ids: those of nodes in grey, unless there are
 /// thousands; those of edges in the colour of the edge, if there are few. A label without room is
 /// left out. The lines of the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
@@ -73,7 +75,10 @@ impl<'g> Map<'g> {
         // At least as wide as the legend.
         let size =
             (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
-        let speeds = graph.edges().iter().map(|edge| edge.speed);
+        // The rides of lifts have the speeds of cabins.
+        let driven = (0..).map(EdgeIndex).zip(graph.edges());
+        let driven = driven.filter(|(index, _)| !graph.is_ride(*index));
+        let speeds = driven.map(|(_, edge)| edge.speed);
         let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
         let mut lengths: Vec<f64> =
             graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
@@ -96,6 +101,7 @@ impl<'g> Map<'g> {
         svg.background(PAPER);
         self.write_grid(&mut svg);
         self.write_background(&mut svg);
+        self.write_facilities(&mut svg);
         if let Some(certificate) = certificate {
             self.write_bands(&mut svg, certificate);
         }
@@ -341,6 +347,14 @@ mod tests {
         let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         assert!(map.contains(">a&lt;b</text>") && map.contains(">Dock</text>"), "{map}");
         assert!(map.contains(role_colour(Role::Charge)) && map.contains(role_colour(Role::Drop)));
+    }
+
+    #[test]
+    fn doors_and_lifts_are_drawn_and_named() {
+        let text = include_str!("../../../graphs/two-levels.yaml");
+        let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        assert_eq!(map.matches(facilities::FACILITY).count(), 2 + 2 + 3, "and three names");
+        assert!(map.contains(">hall</text>") && map.contains(">lift</text>"));
     }
 
     #[test]

@@ -235,6 +235,12 @@ impl Motion {
         self.variation.apply(speed, rows.robot(row), leg.edge)
     }
 
+    /// Returns the released leg that a robot drives next as soon as it may, even if that is closed
+    /// or barred now.
+    pub fn wanted_leg(&self, cursor: &RouteCursor) -> Option<Leg> {
+        self.plans.wanted(&self.legs, cursor).ok().map(|(leg, _)| leg)
+    }
+
     /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is
     /// none.
     pub fn next_leg(&self, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {

@@ -102,6 +102,8 @@ pub struct LegTable {
     exits: Exits,
     /// Edges that no robot may enter. Ordered by index, and mostly empty.
     closed: BTreeSet<EdgeIndex>,
+    /// Edges that no robot may enter for now, although routes lead along them: behind closed doors.
+    barred: BTreeSet<EdgeIndex>,
 }
 
 impl LegTable {
@@ -125,8 +127,9 @@ impl LegTable {
         let exits = Exits::new(node_ids.len(), edges);
         let compile = |leg| compile_leg(edges, &tracks, &spans, &exits, leg);
         let (forward, reverse) = (forward.map(compile).collect(), reverse.map(compile).collect());
-        let closed = BTreeSet::new();
-        let mut table = Self { node_ids, tracks, spans, rests, forward, reverse, exits, closed };
+        let (closed, barred) = (BTreeSet::new(), BTreeSet::new());
+        let mut table =
+            Self { node_ids, tracks, spans, rests, forward, reverse, exits, closed, barred };
         for edge in edge_indices() {
             let place = table.return_place(edge).and_then(|place| u16::try_from(place).ok());
             table.forward[edge.0 as usize].return_place = place.unwrap_or(NO_RETURN);
@@ -228,7 +231,22 @@ impl LegTable {
         self.closed.contains(&edge)
     }
 
-    /// The edges that no robot may enter.
+    /// Bars an edge for now: robots whose routes lead along it wait before it. `false` lets them
+    /// pass again.
+    pub fn bar(&mut self, edge: EdgeIndex, is_barred: bool) {
+        if is_barred {
+            self.barred.insert(edge);
+        } else {
+            self.barred.remove(&edge);
+        }
+    }
+
+    /// Whether robots wait before an edge for now.
+    pub fn is_barred(&self, edge: EdgeIndex) -> bool {
+        self.barred.contains(&edge)
+    }
+
+    /// The edges that no robot may enter, without those that are barred for now.
     pub fn closed(&self) -> impl Iterator<Item = EdgeIndex> {
         self.closed.iter().copied()
     }

@@ -50,7 +50,8 @@ pub struct RouteCursor {
 pub enum BaseEnd {
     /// The route ends.
     Done,
-    /// The released base ends, but the route goes on; or it leads along a closed edge.
+    /// The released base ends, but the route goes on; or it leads along a closed edge, or one that is
+    /// barred.
     Unreleased,
     /// No edge leaves this node.
     DeadEnd,
@@ -86,20 +87,29 @@ impl Plans {
 
     /// Returns the next leg of a route and moves the route past it.
     pub(super) fn next(&self, table: &LegTable, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
-        let Route { plan, position } = cursor.route;
-        let (leg, place) = match self.plans.get(plan as usize) {
-            Some(Plan::Listed { legs, is_loop }) => next_listed(legs, *is_loop, position)?,
-            Some(Plan::Commanded { legs, released, .. }) => {
-                next_commanded(legs, *released, position)?
-            }
-            None if cursor.route.is_walk() => (self.random_leg(table, cursor)?, position),
-            Some(Plan::Free) | None => return Err(BaseEnd::Done),
-        };
-        if table.is_closed(leg.edge) {
+        let (leg, place) = self.wanted(table, cursor)?;
+        if table.is_closed(leg.edge) || table.is_barred(leg.edge) {
             return Err(BaseEnd::Unreleased);
         }
         cursor.route.position = place.wrapping_add(1);
         Ok(leg)
+    }
+
+    /// Returns the next leg of a route, even if no robot may enter it, and its place in the route.
+    pub(super) fn wanted(
+        &self,
+        table: &LegTable,
+        cursor: &RouteCursor,
+    ) -> Result<(Leg, u32), BaseEnd> {
+        let Route { plan, position } = cursor.route;
+        match self.plans.get(plan as usize) {
+            Some(Plan::Listed { legs, is_loop }) => next_listed(legs, *is_loop, position),
+            Some(Plan::Commanded { legs, released, .. }) => {
+                next_commanded(legs, *released, position)
+            }
+            None if cursor.route.is_walk() => Ok((self.random_leg(table, cursor)?, position)),
+            Some(Plan::Free) | None => Err(BaseEnd::Done),
+        }
     }
 
     fn random_leg(&self, table: &LegTable, cursor: &RouteCursor) -> Result<Leg, BaseEnd> {

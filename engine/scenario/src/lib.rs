@@ -22,6 +22,7 @@
 mod count;
 mod default_scenario;
 mod explain;
+mod facilities;
 mod made_up_load;
 mod names;
 mod places;

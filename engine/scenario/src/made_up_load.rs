@@ -1,6 +1,6 @@
 //! A load for a layout without one: orders between its stations.
 
-use regatta_layout::{Role, RouteGraph};
+use regatta_layout::{NodeIndex, Role, RouteGraph};
 
 /// The stops of made-up orders, in the main part of a layout. Robots can drive between any two.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,8 +111,11 @@ fn is_without_stations(graph: &RouteGraph) -> bool {
 
 /// Returns the ids of the nodes whose purpose fits, in ascending order of the nodes.
 fn nodes_with(graph: &RouteGraph, fits: fn(Role) -> bool) -> Vec<u32> {
-    let nodes = graph.nodes().iter().zip(graph.purposes());
-    nodes.filter(|(_, role)| fits(*role)).map(|(node, _)| node.id).collect()
+    let nodes = (0..).map(NodeIndex).zip(graph.nodes()).zip(graph.purposes());
+    // Who stands in a cabin keeps it.
+    let is_in_lift = |node| graph.lifts().iter().any(|lift| lift.level_of(node).is_some());
+    let nodes = nodes.filter(|((index, _), role)| fits(*role) && !is_in_lift(*index));
+    nodes.map(|((_, node), _)| node.id).collect()
 }
 
 /// Returns the ids of the nodes of stations other than chargers and parking places, in ascending

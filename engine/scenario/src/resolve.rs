@@ -10,6 +10,7 @@ use regatta_layout::model::components::Components;
 use regatta_layout::{NodeIndex, Role, RouteGraph};
 
 use super::explain::did_you_mean;
+use super::facilities::override_facilities;
 use super::names::Names;
 use super::places;
 use super::robot_type::robot_types;
@@ -47,6 +48,8 @@ pub(super) fn resolve(
     let robot_types =
         robot_types(file.robot_types).map_err(|message| source.invalid("robot_types", message))?;
     override_nodes(file.nodes, &mut graph)
+        .map_err(|(place, message)| source.invalid(&place, message))?;
+    let graph = override_facilities(file.doors, file.lifts, graph)
         .map_err(|(place, message)| source.invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types)
         .map_err(|(place, message)| source.invalid(&place, message))?;

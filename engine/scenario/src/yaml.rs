@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, de};
@@ -31,6 +32,12 @@ pub struct ScenarioFile {
     /// Roles and names of nodes instead of those in the graph, by the node's id or name.
     #[serde(default)]
     pub nodes: BTreeMap<Key, NodeEntry>,
+    /// The times of doors instead of those in the graph, by name.
+    #[serde(default)]
+    pub doors: BTreeMap<Key, DoorEntry>,
+    /// The times and the capacity of lifts instead of those in the graph, by name.
+    #[serde(default)]
+    pub lifts: BTreeMap<Key, LiftEntry>,
     /// The robot types; one default type if empty.
     #[serde(default)]
     pub robot_types: Vec<RobotTypeEntry>,
@@ -130,6 +137,32 @@ pub struct NodeEntry {
     pub role: Option<String>,
     /// The name.
     pub name: Option<String>,
+}
+
+/// The times of a door. If absent, they are those of the graph.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DoorEntry {
+    /// Seconds from closed to open.
+    pub opening_secs: Option<f64>,
+    /// Seconds from open to closed.
+    pub closing_secs: Option<f64>,
+}
+
+/// The times and the capacity of a lift. If absent, they are those of the graph.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LiftEntry {
+    /// Seconds of the cabin from a level to the next.
+    pub level_secs: Option<f64>,
+    /// Seconds from closed to open of its doors.
+    pub opening_secs: Option<f64>,
+    /// Seconds from open to closed.
+    pub closing_secs: Option<f64>,
+    /// The largest number of robots in the cabin.
+    pub capacity: Option<NonZeroU32>,
+    /// The name of the level where it stands at the beginning.
+    pub home: Option<String>,
 }
 
 /// A robot type.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use regatta_layout::Role;
+use regatta_layout::{Role, ZoneRule};
 use regatta_scenario::{Overrides, Scenario, ScenarioError, Shape, Start};
 
 /// Nodes 1, 2 and 3 in a row; edges 10 (1 to 2), 11 (2 to 1) and 12 (2 to 3, also in reverse gear).
@@ -420,4 +420,46 @@ fn a_larger_robot_type_that_no_robot_has_is_told() {
     assert!(told.iter().any(|line| line.contains("no robot has the type `big`")), "{told:?}");
     let told = warnings(&format!("{small}, {{name: tiny, length: 0.5, width: 0.5}}"));
     assert!(told.iter().all(|line| !line.contains("no robot has")), "{told:?}");
+}
+
+#[test]
+fn doors_and_lifts_get_the_times_of_the_scenario() {
+    let graph = "
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0, Level: low}
+- {Id: 2, X: 5, Y: 0, Theta: 0, Level: low}
+- {Id: 3, X: 7, Y: 0, Theta: 0, Level: high}
+Edges:
+- {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
+- {Id: 11, Origin_ID: 2, Destination_ID: 3, CurveType: linear, VelocityForward: 1}
+Doors:
+- {Name: gate, Edges: [10]}
+Lifts:
+- {Name: north, Nodes: [2, 3], SecondsPerLevel: 8}
+";
+    let read = |text: &str| {
+        let text = format!("graph: roads.yaml\nrobots: [{{node: 1}}]\n{text}");
+        Scenario::from_texts(&text, graph, Path::new("plant.yaml"), &Overrides::default())
+    };
+    let scenario = read(
+        "doors: {gate: {closing_secs: 2}}
+lifts: {north: {level_secs: 20, opening_secs: 1, capacity: 2, home: high}}",
+    );
+    let scenario = scenario.expect("a scenario");
+    let (door, lift) = (&scenario.graph.doors()[0], &scenario.graph.lifts()[0]);
+    assert_eq!((door.times.opening_secs, door.times.closing_secs), (5.0, 2.0));
+    assert_eq!((lift.level_secs, lift.door_times.opening_secs, lift.home), (20.0, 1.0, 1));
+    let zone = scenario.graph.zones().last().expect("the zone of the lift");
+    assert_eq!((zone.rule, lift.capacity.get()), (ZoneRule::Capacity(lift.capacity), 2));
+    assert_eq!(scenario.graph.edge(lift.rides[0]).speed, 0.1, "two metres in twenty seconds");
+    for (text, message) in [
+        ("doors: {gat: {closing_secs: 2}}", "doors, gat: the layout has no door of that name"),
+        ("doors: {gate: {closing_secs: -2}}", "closing_secs is -2; give 0 to 3600"),
+        ("lifts: {north: {level_secs: 0}}", "level_secs is 0; give more than 0"),
+        ("lifts: {north: {home: hihg}}", "home is 'hihg', which it doesn't serve; did you mean"),
+        ("lifts: {north: {speed: 1}}", "unknown field `speed`"),
+    ] {
+        let error = read(text).map(drop).expect_err(text).to_string();
+        assert!(error.contains(message), "{error}");
+    }
 }

@@ -110,6 +110,15 @@ pub enum EngineError {
         /// The number that fits.
         fit: u32,
     },
+    /// A robot would begin in the shaft of a lift whose cabin is elsewhere.
+    #[error(
+        "robot {robot} begins in a lift at a level where its cabin isn't: put it elsewhere, or all \
+         robots in that lift at one level"
+    )]
+    NoCabin {
+        /// The robot.
+        robot: u32,
+    },
     /// More robots than a fleet can hold.
     #[error("{0} robots are too many: a fleet holds at most {max}", max = MAX_ROBOTS)]
     TooManyRobots(u32),

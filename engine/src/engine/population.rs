@@ -3,14 +3,16 @@
 use glam::DVec2;
 use regatta_base::random::mix;
 use regatta_layout::{
-    CubicBezier, Edge, EdgeIndex, Node, Orientation, Role, RouteGraph, Tags, Zone, ZoneRule,
+    Cabin, CubicBezier, Edge, EdgeIndex, Lift, Node, Orientation, Role, RouteGraph, Tags, Zone,
+    ZoneRule,
 };
 use regatta_plugin::PublishError;
 use regatta_plugin::column::{BATTERY, TYPE};
+use regatta_plugin::event::Refusal;
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
-    self, CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Texts, WorldData,
-    ZoneRecord,
+    self, CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, OtherNameRecord,
+    RobotTypeRecord, Texts, WorldData, ZoneRecord,
 };
 use regatta_scenario::{RobotType, Shape, Start};
 
@@ -23,8 +25,8 @@ impl Simulation {
     /// there are `wanted`.
     ///
     /// # Errors
-    /// [`EngineError::NoRoom`] if no place is left for a robot that stands; those before it are
-    /// there then.
+    /// [`EngineError::NoRoom`] if no place is left for a robot that stands, [`EngineError::NoCabin`]
+    /// if one would begin in a shaft; those before it are there then.
     pub(super) fn place_robots(&mut self, wanted: u32) -> Result<(), EngineError> {
         let mut standing = None;
         self.fleet.reserve(wanted as usize);
@@ -52,7 +54,10 @@ impl Simulation {
                 }
             };
             let spawned = self.fleet.spawn(placement, group.robot_type, route, 0, &mut self.events);
-            spawned.expect("the scenario's routes are connected and its places on the graph");
+            match spawned {
+                Err(Refusal::NoCabin) => return Err(EngineError::NoCabin { robot }),
+                spawned => drop(spawned.expect("connected routes, and places on the graph")),
+            }
         }
         Ok(())
     }
@@ -75,8 +80,21 @@ impl Simulation {
     }
 
     /// Returns a random place on a random edge, determined by the scenario's seed and the robot.
+    /// Robots begin in no lift.
     fn random_place(&self, robot: u32) -> Placement {
-        let random = mix(self.scenario.seed ^ mix(u64::from(robot)));
+        let mut random = mix(self.scenario.seed ^ mix(u64::from(robot)));
+        for _ in 0..MOST_DRAWS {
+            let place = self.place_at(random);
+            if !is_at_lift(&self.scenario.graph, place) {
+                return place;
+            }
+            random = mix(random);
+        }
+        self.place_at(random)
+    }
+
+    /// Returns the place on an edge that a random number stands for.
+    fn place_at(&self, random: u64) -> Placement {
         let edges = self.scenario.graph.edges().len() as u64;
         let edge = EdgeIndex((((random >> 32) * edges) >> 32) as u32);
         let part = (random & 0xff_ffff) as f32 / (1 << 24) as f32;
@@ -122,6 +140,20 @@ impl Simulation {
     }
 }
 
+/// The largest number of random places that are drawn for a robot.
+const MOST_DRAWS: u32 = 1000;
+
+/// Whether a place is on an edge that leads into a cabin, out of it, or from level to level.
+fn is_at_lift(graph: &RouteGraph, place: Placement) -> bool {
+    let Placement::Edge(edge, _) = place else { return false };
+    let edge = graph.edge(edge);
+    let mut ends = graph
+        .lifts()
+        .iter()
+        .flat_map(|lift| [edge.origin, edge.destination].map(|node| lift.level_of(node)));
+    ends.any(|level| level.is_some())
+}
+
 /// Returns a layout as the world that an engine publishes, without robot types and the lengths of
 /// edges.
 pub fn world(graph: &RouteGraph) -> WorldData {
@@ -143,7 +175,49 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
         world.add_zone(record, nodes.map(|node| node.0), edges.map(|edge| edge.0));
     }
     add_other_names(graph, &mut world);
+    add_facilities(graph, &mut world);
     world
+}
+
+/// Adds the doors and the lifts.
+fn add_facilities(graph: &RouteGraph, world: &mut WorldData) {
+    for door in graph.doors() {
+        let line = door.drawn_line(graph).map(|point| point.as_vec2().to_array());
+        let record = DoorRecord {
+            name: world.texts.add(&door.name),
+            opening_secs: door.times.opening_secs as f32,
+            closing_secs: door.times.closing_secs as f32,
+            line,
+            ..DoorRecord::default()
+        };
+        world.add_door(record, door.edges.iter().map(|edge| edge.0));
+    }
+    for lift in graph.lifts() {
+        let record = lift_record(graph, lift, &mut world.texts);
+        let names: Vec<u32> =
+            lift.levels.iter().map(|level| world.texts.add(&level.name)).collect();
+        let nodes = lift.levels.iter().map(|level| level.nodes.iter().map(|node| node.0));
+        let rides = lift.rides.iter().map(|edge| edge.0);
+        world.add_lift(record, names.into_iter().zip(nodes), rides);
+    }
+}
+
+/// Returns a lift without its levels and rides. A cabin without a footprint in the file is centred
+/// at its first node.
+fn lift_record(graph: &RouteGraph, lift: &Lift, texts: &mut Texts) -> LiftRecord {
+    let centre = graph.node(lift.levels[0].nodes[0]).position;
+    let cabin = lift.cabin.unwrap_or(Cabin { centre, size: DVec2::ZERO, yaw: 0.0 });
+    LiftRecord {
+        name: texts.add(&lift.name),
+        capacity: lift.capacity.get(),
+        level_secs: lift.level_secs as f32,
+        opening_secs: lift.door_times.opening_secs as f32,
+        closing_secs: lift.door_times.closing_secs as f32,
+        centre: cabin.centre.as_vec2().to_array(),
+        size: cabin.size.as_vec2().to_array(),
+        yaw: cabin.yaw as f32,
+        ..LiftRecord::default()
+    }
 }
 
 /// Adds the names of stations, and the aliases of nodes.

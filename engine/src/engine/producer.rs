@@ -15,6 +15,7 @@ impl Producer for Simulation {
         self.publish_world(session)?;
         self.publish_types(session)?;
         self.publish_batteries(session)?;
+        self.publish_facilities(session)?;
         self.write_frame(session, true)
     }
 
@@ -28,6 +29,7 @@ impl Producer for Simulation {
         self.take_commands(session)?;
         self.disturbances.carry_out(session.tick(), &mut self.fleet, &mut self.events);
         self.fleet.drain_batteries(session.tick(), &mut self.events);
+        self.fleet.step_facilities(session.tick(), &mut self.events);
         if let Some(mut frame) = self.loan_if_due(session)? {
             self.fleet.step(Some(frame.columns_mut()), &mut self.events);
             self.publish_events(session)?;

@@ -22,6 +22,11 @@ impl Fleet {
             return;
         }
         self.note_closure(EventKind::EdgeOpened, edge, events);
+        self.start_waiting(events);
+    }
+
+    /// Lets robots drive on that wait before an edge which they may enter by now.
+    pub(super) fn start_waiting(&mut self, events: &mut EventBuffer) {
         for row in 0..self.robots() {
             if self.is(row, RobotState::Waiting)
                 && self.motion.may_leave(&self.columns.all_rows(), row)
@@ -45,8 +50,7 @@ impl Fleet {
         self.closure_changes
     }
 
-    /// Reports a change. All robots look ahead again, because those that can't stop at once have
-    /// looked ahead along the edge.
+    /// Reports a change.
     fn note_closure(&mut self, kind: EventKind, edge: EdgeIndex, events: &mut EventBuffer) {
         self.closure_changes += 1;
         let id = self.graph.edge(edge).id;
@@ -56,6 +60,12 @@ impl Fleet {
             id,
             ..EventRecord::default()
         });
+        self.look_ahead_again();
+    }
+
+    /// Lets all robots look ahead again, because those that can't stop at once have looked ahead
+    /// along edges that they may enter no more, or not yet.
+    pub(super) fn look_ahead_again(&mut self) {
         for row in 0..self.robots() {
             if !self.is(row, RobotState::Absent) {
                 self.motion.update_base(&mut self.columns.all_rows(), row);

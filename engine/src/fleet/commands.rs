@@ -5,7 +5,9 @@ use regatta_motion::leg_of;
 use regatta_plugin::command::{Authority, CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
+use regatta_plugin::order::NO_ROBOT;
 
+use super::facilities::Request;
 use super::spawn::check_connected;
 use super::{EventBuffer, Fleet, Placement, Plans, Route, RouteSource};
 
@@ -50,6 +52,10 @@ pub(super) enum Action {
     },
     Open {
         edge: EdgeIndex,
+    },
+    Request {
+        robot: u32,
+        request: Request,
     },
     Spawn {
         placement: Placement,
@@ -127,6 +133,12 @@ impl Fleet {
             Some(CommandKind::Remove) => row.map(|_| Action::Remove { robot }),
             Some(CommandKind::CloseEdge) => Ok(Action::Close { edge: self.edge(command.id)? }),
             Some(CommandKind::OpenEdge) => Ok(Action::Open { edge: self.edge(command.id)? }),
+            Some(
+                kind @ (CommandKind::RequestDoor
+                | CommandKind::ReleaseDoor
+                | CommandKind::CallLift
+                | CommandKind::ReleaseLift),
+            ) => self.prepare_request(command, kind),
             Some(CommandKind::SpawnAtNode | CommandKind::SpawnOnEdge) => {
                 self.prepare_spawn(command)
             }
@@ -183,6 +195,30 @@ impl Fleet {
         self.graph.edge_by_id(id).ok_or(Rejection { reason: Refusal::UnknownEdge, id })
     }
 
+    /// Prepares a request of a door or a lift.
+    fn prepare_request(
+        &self,
+        command: &CommandRecord,
+        kind: CommandKind,
+    ) -> Result<Action, Rejection> {
+        let CommandRecord { robot, id, .. } = *command;
+        if robot != NO_ROBOT {
+            self.row(robot).map_err(because_of(robot))?;
+        }
+        let door = || self.door_across(self.edge(id)?).map_err(because_of(id));
+        let lift = || self.lift_with(id).map_err(because_of(id));
+        let request = match kind {
+            CommandKind::RequestDoor => Request::Door(door()?),
+            CommandKind::ReleaseDoor => Request::ReleaseDoor(door()?),
+            CommandKind::ReleaseLift => Request::ReleaseLift(lift()?.0),
+            _ => {
+                let (lift, level) = lift()?;
+                Request::Lift(lift, level)
+            }
+        };
+        Ok(Action::Request { robot, request })
+    }
+
     fn prepare_spawn(&self, command: &CommandRecord) -> Result<Action, Rejection> {
         let graph = &self.graph;
         let placement = if command.kind == CommandKind::SpawnAtNode as u32 {
@@ -210,6 +246,16 @@ impl Fleet {
             }
             return;
         }
+        if let Action::Request { robot, request } = action {
+            match self.request_facility(robot, request) {
+                true => accept(command, robot, events),
+                false => {
+                    let reason = Refusal::LiftInUse;
+                    refuse(command, &Rejection { reason, id: command.id }, events);
+                }
+            }
+            return;
+        }
         accept(command, command.robot, events);
         match action {
             Action::Drive { row, legs, released, limit } => {
@@ -227,7 +273,7 @@ impl Fleet {
             Action::Close { edge } => self.close_edge(edge, events),
             Action::Open { edge } => self.open_edge(edge, events),
             Action::Remove { robot } => self.remove_row(robot, command.token, events),
-            Action::Nothing | Action::Spawn { .. } => {}
+            Action::Nothing | Action::Spawn { .. } | Action::Request { .. } => {}
         }
     }
 

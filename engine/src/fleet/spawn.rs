@@ -42,7 +42,7 @@ impl Fleet {
     /// `UnknownRobotType`, `UnknownNode`, `UnknownEdge`; `DistanceOutOfRange` for a place that is
     /// not on the edge; `MalformedRoute` for a listed route without legs; `NoReverse`,
     /// `NotConnected` for one that can't be driven from there, or a loop that doesn't close;
-    /// `FleetFull`. The fleet is then unchanged.
+    /// `EdgeClosed` in a closed door, `NoCabin` in a shaft without its cabin; `FleetFull`. The fleet is then unchanged.
     pub fn spawn(
         &mut self,
         placement: Placement,
@@ -56,6 +56,7 @@ impl Fleet {
             check_list(&self.graph, start.ahead, legs, *repeat)?;
         }
         let robot = self.allocate_row()?;
+        self.settle_facilities(placement);
         let row = robot as usize;
         self.columns.set_robot_type(
             row,
@@ -114,7 +115,9 @@ impl Fleet {
         robot_type: u16,
     ) -> Result<SpawnPoint, Refusal> {
         self.types.get(usize::from(robot_type)).ok_or(Refusal::UnknownRobotType)?;
-        self.spawn_point(placement)
+        let point = self.spawn_point(placement)?;
+        self.check_facilities(placement)?;
+        Ok(point)
     }
 
     /// Returns the row of a robot that is not absent.

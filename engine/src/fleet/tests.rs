@@ -5,6 +5,7 @@ mod closures;
 mod commands;
 mod drive;
 mod equality;
+mod facilities;
 mod impairment;
 mod limits;
 mod portable;

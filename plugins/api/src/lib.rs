@@ -167,6 +167,7 @@ pub use ports::contacts::{ContactEventReader, ContactEvents, ContactPublisher, C
 pub use ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
 pub use ports::error::{LockstepError, OpenError, PublishError, ReadError};
 pub use ports::events::{EventReader, Events};
+pub use ports::facilities::FacilityReader;
 pub use ports::frames::Subscriber;
 pub use ports::history::{HistoryPublisher, HistoryReader};
 #[cfg(feature = "shared-memory")]
@@ -211,8 +212,8 @@ pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::traffic::Traffic;
 pub use records::world::World;
 pub use records::{
-    activity, closure, column, command, command_log, contact, control, event, frame, history,
-    manager, order, recording, route, sequence, traffic, work, world,
+    activity, closure, column, command, command_log, contact, control, event, facility, frame,
+    history, manager, order, recording, route, sequence, traffic, work, world,
 };
 pub use transport::local::LocalFleet;
 pub use visible::visible;

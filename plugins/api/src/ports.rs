@@ -16,6 +16,7 @@ pub mod contacts;
 pub mod control;
 pub mod error;
 pub mod events;
+pub mod facilities;
 mod frame_loan;
 pub mod frames;
 pub mod history;

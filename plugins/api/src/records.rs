@@ -54,6 +54,7 @@ pub mod command_log;
 pub mod contact;
 pub mod control;
 pub mod event;
+pub mod facility;
 pub mod frame;
 pub mod history;
 pub mod lockstep;

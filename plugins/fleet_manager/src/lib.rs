@@ -10,6 +10,7 @@
 //! | [`planner`] | planners: routes and precedence of robots |
 //! | [`density`] | a limit on the number of robots under way |
 //! | [`steering`] | sends robots to nodes so that they never touch |
+//! | [`facilities`] | requests of doors and lifts |
 //! | [`charging`] | assigns robots to chargers |
 //! | [`manager`] | gives orders to robots, and steers them |
 //! | `regatta_orders` | transport orders: a crate of its own, in `orders/` |
@@ -18,6 +19,7 @@ pub mod charging;
 pub mod claims;
 mod columns;
 pub mod density;
+pub mod facilities;
 pub mod manager;
 #[cfg(test)]
 mod model;

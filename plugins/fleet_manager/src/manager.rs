@@ -20,6 +20,7 @@ use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use crate::charging::Charging;
+use crate::facilities::{Facilities, FacilityCommand};
 use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
@@ -44,6 +45,7 @@ pub struct Manager {
     orders: OrderPool,
     times: DrivingTimes,
     charging: Charging,
+    facilities: Facilities,
     /// By robot.
     progress: Vec<Progress>,
     present: Vec<u32>,
@@ -74,6 +76,7 @@ impl Manager {
             steering: Steering::new(roads, planner, settings),
             orders,
             charging: Charging::default(),
+            facilities: Facilities::default(),
             progress: Vec::new(),
             present: Vec::new(),
             candidates: Vec::new(),
@@ -92,6 +95,17 @@ impl Manager {
     #[must_use]
     pub fn with_charging(self, charging: Charging) -> Self {
         Self { charging, ..self }
+    }
+
+    /// Requests doors and lifts, too.
+    #[must_use]
+    pub fn with_facilities(self, facilities: Facilities) -> Self {
+        Self { facilities, ..self }
+    }
+
+    /// Returns the requests of doors and lifts after a cycle at a simulated time in seconds.
+    pub fn request_facilities(&mut self, now_secs: f64) -> &[FacilityCommand] {
+        self.facilities.request(&self.steering, now_secs)
     }
 
     /// The steering.

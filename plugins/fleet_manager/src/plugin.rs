@@ -22,6 +22,7 @@ use regatta_plugin::{
 
 use crate::charging::{Charging, ChargingSettings};
 use crate::columns::ManagerColumns;
+use crate::facilities::{Ask, Facilities, FacilityCommand};
 use crate::manager::Manager;
 use crate::order_log::OrderLog;
 pub use crate::planner::PlannerKind;
@@ -145,6 +146,7 @@ struct Opening {
     places: Arc<Places>,
     run_id: u64,
     charging: Charging,
+    facilities: Facilities,
 }
 
 /// The fleet manager.
@@ -200,7 +202,7 @@ impl FleetManager {
 
     /// Opens the pool of orders, and begins to manage the robots of a frame.
     fn begin(&mut self, opening: Opening, frame: &Frame<'_>) -> Result {
-        let Opening { roads, places, run_id, charging } = opening;
+        let Opening { roads, places, run_id, charging, facilities } = opening;
         let now_secs = frame.sim_time().as_secs_f64();
         let mut orders = OrderPool::open(&self.order_settings(), places, run_id, now_secs)
             .map_err(|error| Error::new(format_args!("{error}")))?;
@@ -220,7 +222,8 @@ impl FleetManager {
             None => self.planner(&roads, &orders, frame)?,
         };
         let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
-        self.manager = Some(Manager::new(roads, planner, settings, orders).with_charging(charging));
+        let manager = Manager::new(roads, planner, settings, orders);
+        self.manager = Some(manager.with_charging(charging).with_facilities(facilities));
         Ok(())
     }
 
@@ -255,13 +258,13 @@ impl FleetManager {
         Ok(self.cli.planner.planner(roads, robots, Some(&rehearsal)))
     }
 
-    /// Sends the manager's commands. Those that can't be sent now are sent with the next ones.
-    fn send(
+    /// Collects the manager's commands to robots.
+    fn collect(
         sender: &mut Commands,
         pending: &mut BTreeMap<u64, u32>,
         commands: &[Command],
         roads: &Roads,
-    ) -> Result {
+    ) {
         for command in commands {
             let (token, robot) = match command {
                 Command::Route { robot, legs } => {
@@ -276,6 +279,10 @@ impl FleetManager {
             };
             pending.insert(token, robot);
         }
+    }
+
+    /// Sends the commands. Those that can't be sent now are sent with the next ones.
+    fn send(sender: &mut Commands) -> Result {
         match sender.send() {
             Ok(())
             | Err(
@@ -372,7 +379,9 @@ impl Plugin for FleetManager {
         let roads = Arc::new(self.roads(world));
         let places = Arc::new(Places::of(world));
         let charging = Charging::new(world, ChargingSettings::default());
-        self.opening = Some(Opening { roads, places, run_id: world.run_id(), charging });
+        let facilities = Facilities::new(world);
+        self.opening =
+            Some(Opening { roads, places, run_id: world.run_id(), charging, facilities });
         self.figures = RunFigures::begin(start.elapsed());
         Ok(())
     }
@@ -402,7 +411,11 @@ impl Plugin for FleetManager {
         ports.closures.take()?;
         manager.close_edges(ports.closures.closed(frame.run_id()));
         let commands = manager.cycle(now_secs, &columns, types, charges);
-        Self::send(&mut ports.commands, &mut self.pending, commands, &roads)?;
+        Self::collect(&mut ports.commands, &mut self.pending, commands, &roads);
+        for command in manager.request_facilities(now_secs) {
+            request(&mut ports.commands, *command);
+        }
+        Self::send(&mut ports.commands)?;
         for warning in manager.take_warnings() {
             tell!("fleet-manager: warning: {warning}");
         }
@@ -485,6 +498,16 @@ fn only_one(error: OpenError) -> Error {
         }
         error => error.into(),
     }
+}
+
+/// Adds a request of a door or a lift to the commands.
+fn request(sender: &mut Commands, FacilityCommand { robot, ask }: FacilityCommand) {
+    match ask {
+        Ask::Door(edge) => sender.request_door(robot, edge),
+        Ask::ReleaseDoor(edge) => sender.release_door(robot, edge),
+        Ask::Lift(node) => sender.call_lift(robot, node),
+        Ask::ReleaseLift(node) => sender.release_lift(robot, node),
+    };
 }
 
 fn route_leg(leg: Leg, roads: &Roads) -> RouteLeg {

@@ -3,6 +3,7 @@
 
 mod cache;
 mod conflicts;
+mod delays;
 mod driving_times;
 mod reservoirs;
 mod stops;
@@ -79,6 +80,8 @@ pub struct Road {
     pub reverse_speed: f32,
     /// Headings of robots at its origin and its destination, in radians in (-π, π].
     pub headings: [f32; 2],
+    /// Seconds that its doors, or its lift, cost besides driving.
+    pub delay_secs: f32,
 }
 
 /// The properties of a robot type that roads depend on.
@@ -145,7 +148,8 @@ impl Roads {
 
     /// Makes the roads without conflicts and stopping places.
     fn of_edges(world: &World<'_>, edges: impl Iterator<Item = Road>) -> Self {
-        let edges: Vec<Road> = edges.collect();
+        let mut edges: Vec<Road> = edges.collect();
+        delays::add(world, &mut edges);
         let (classes, footprints) = classes(world.robot_types());
         let mut roads = Self {
             nodes: world.nodes().len() as u32,
@@ -377,6 +381,7 @@ fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {
         speed: edge.speed,
         reverse_speed: edge.reverse_speed,
         headings,
+        delay_secs: 0.0,
     }
 }
 

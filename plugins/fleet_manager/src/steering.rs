@@ -173,6 +173,12 @@ impl Steering {
         self.robots.get(robot as usize)?.as_ref()
     }
 
+    /// All robots, by id.
+    pub fn robots(&self) -> impl Iterator<Item = u32> {
+        let robots = (0..).zip(&self.robots);
+        robots.filter(|(_, state)| state.is_some()).map(|(robot, _)| robot)
+    }
+
     /// Sends a robot to a node. It drives there by the way that takes the least time.
     pub fn send(&mut self, robot: u32, goal: u32) {
         let now = self.now;

@@ -217,6 +217,10 @@ fn refused(answer: &EventRecord) -> String {
         (NotAhead, format!("edge {id} is not ahead in the robot's plan, or is released already")),
         (EdgeClosed, format!("edge {id} is closed")),
         (NotOwner, "another process moves the robots of this fleet".to_owned()),
+        (NoDoor, format!("no door is across edge {id}")),
+        (NoLift, format!("node {id} is in no lift")),
+        (LiftInUse, format!("the lift of node {id} is in use by another robot; try again later")),
+        (NoCabin, format!("the cabin of the lift isn't at {id}")),
     ];
     let reason = reasons.into_iter().find(|(reason, _)| *reason as u32 == answer.detail);
     reason.map_or_else(|| format!("reason {}", answer.detail), |(_, text)| text)

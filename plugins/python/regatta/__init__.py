@@ -41,7 +41,9 @@ from regatta._enums import (
     CommandKind,
     ContactChange,
     ContactLevel,
+    DoorState,
     EventKind,
+    FacilityKind,
     ManagerAnswer,
     Obstacle,
     OrderKind,
@@ -72,14 +74,22 @@ from regatta._events import TickReader, TickRecords
 from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
-from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader, WorkReader
+from regatta._newest import (
+    ClosureReader,
+    ContactReader,
+    Contacts,
+    FacilityReader,
+    Traffic,
+    TrafficReader,
+    WorkReader,
+)
 from regatta._ownership import Ownership
 from regatta._rate import checked_rate
 from regatta._read import Recording, read
 from regatta._routes import Route
 from regatta._run import Run, RunError, RunResult, run
 from regatta._study import Study, StudyError, study
-from regatta._world import Orientation, World, Zone
+from regatta._world import Door, Lift, LiftLevel, Orientation, World, Zone
 
 __version__ = "0.1.0"
 """The version of this package, and of the program of the same wheel."""
@@ -189,10 +199,10 @@ def _shared(name: str) -> Fleet:
 
 
 __all__ = [
-    "Activity",
     "CONTRACT_VERSION",
     "NO_EDGE",
     "NO_ROBOT",
+    "Activity",
     "BreakdownCause",
     "ClockState",
     "ClosedError",
@@ -212,9 +222,13 @@ __all__ = [
     "Control",
     "ControlError",
     "ControlResponse",
+    "Door",
+    "DoorState",
     "Error",
     "EventHeader",
     "EventKind",
+    "FacilityKind",
+    "FacilityReader",
     "Fleet",
     "Frame",
     "FrameHeader",
@@ -222,15 +236,17 @@ __all__ = [
     "FullError",
     "HeldError",
     "Leg",
+    "Lift",
+    "LiftLevel",
     "ManagerAnswer",
     "NoEngineError",
     "Obstacle",
     "OpenError",
-    "OwnedError",
-    "Ownership",
     "OrderHeader",
     "OrderKind",
     "Orientation",
+    "OwnedError",
+    "Ownership",
     "PublishError",
     "ReadError",
     "Recording",

@@ -26,6 +26,10 @@ REASONS = {
     Refusal.NOT_AHEAD: "edge {id} is not ahead in the robot's plan, or is released already",
     Refusal.EDGE_CLOSED: "edge {id} is closed",
     Refusal.NOT_OWNER: "another process moves the robots of this fleet",
+    Refusal.NO_DOOR: "no door is across edge {id}",
+    Refusal.NO_LIFT: "node {id} is in no lift",
+    Refusal.LIFT_IN_USE: "the lift of node {id} is in use by another robot; try again later",
+    Refusal.NO_CABIN: "the cabin of the lift isn't at {id}",
 }
 """The words of ``regatta command`` for each reason."""
 

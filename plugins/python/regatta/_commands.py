@@ -167,6 +167,27 @@ class Commands(Open):
         """Opens a closed edge again. Returns the command's token."""
         return self._push(CommandKind.OPEN_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
 
+    def request_door(self, edge: Number, robot: Number = NO_ROBOT) -> int:
+        """Opens the doors across an edge, by its id, or keeps them open: for ten simulated seconds, for a robot or an
+        operator. Returns the command's token."""
+        return self._request(CommandKind.REQUEST_DOOR, edge, robot)
+
+    def release_door(self, edge: Number, robot: Number = NO_ROBOT) -> int:
+        """Ends a request of the doors across an edge. Returns the command's token."""
+        return self._request(CommandKind.RELEASE_DOOR, edge, robot)
+
+    def call_lift(self, node: Number, robot: Number = NO_ROBOT) -> int:
+        """Calls a lift to the level of a node in its cabin, by the node's id, for a robot or an operator. It stays for ten
+        simulated seconds at least. Returns the command's token."""
+        return self._request(CommandKind.CALL_LIFT, node, robot)
+
+    def release_lift(self, node: Number, robot: Number = NO_ROBOT) -> int:
+        """Ends a call of the lift with that node. Returns the command's token."""
+        return self._request(CommandKind.RELEASE_LIFT, node, robot)
+
+    def _request(self, kind: CommandKind, identity: Number, robot: Number) -> int:
+        return self._push(kind, robot=number(robot, "robot"), id=number(identity, "id"))
+
     @overload
     def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...
     @overload

@@ -127,6 +127,10 @@ class WorldHeader(Sequenced):
     zones: u32
     zone_members: u32
     other_names: u32
+    doors: u32
+    lifts: u32
+    lift_levels: u32
+    facility_members: u32
 
     @property
     def sequence(self) -> int:
@@ -152,6 +156,45 @@ class OtherNameRecord(Record):
 
     name: u32
     node: u32
+
+
+@record
+class DoorRecord(Record):
+    """A door across edges."""
+
+    name: u32
+    first_edge: u32
+    edges: u32
+    opening_secs: f32
+    closing_secs: f32
+    line: Annotated[Any, (ctypes.c_float * 2) * 2]
+
+
+@record
+class LiftRecord(Record):
+    """A lift: a cabin that carries robots from level to level."""
+
+    name: u32
+    first_level: u32
+    levels: u32
+    first_ride: u32
+    rides: u32
+    capacity: u32
+    level_secs: f32
+    opening_secs: f32
+    closing_secs: f32
+    centre: Annotated[Any, ctypes.c_float * 2]
+    size: Annotated[Any, ctypes.c_float * 2]
+    yaw: f32
+
+
+@record
+class LiftLevelRecord(Record):
+    """A level that a lift serves."""
+
+    name: u32
+    first_node: u32
+    nodes: u32
 
 
 @record
@@ -511,6 +554,32 @@ class ClosedEdge(Record):
     """An edge that no robot may enter."""
 
     edge: u32
+
+
+@record
+class FacilityHeader(Sequenced):
+    """The header of the states of doors and lifts."""
+
+    run_id: u64
+    tick: u64
+    sequence: u64
+
+
+@record
+class FacilityState(Record):
+    """The state of a door or a lift."""
+
+    since_tick: u64
+    ticks: u32
+    kind: u32
+    index: u32
+    door: u32
+    level: u32
+    next_level: u32
+    called_level: u32
+    robot: u32
+    requests: u32
+    reserved: u32
 
 
 @record

@@ -91,6 +91,10 @@ class CommandKind(IntEnum):
     REPAIR = 11
     CLOSE_EDGE = 12
     OPEN_EDGE = 13
+    REQUEST_DOOR = 14
+    RELEASE_DOOR = 15
+    CALL_LIFT = 16
+    RELEASE_LIFT = 17
 
 
 class EventKind(IntEnum):
@@ -101,7 +105,8 @@ class EventKind(IntEnum):
     ROUTE_DONE = 2
     """The robot reached the end of its route."""
     WAITING_FOR_RELEASE = 3
-    """The robot reached the end of its released base and waits for a release, or it waits before a closed edge."""
+    """The robot reached the end of its released base and waits for a release, or it waits before a closed
+    edge, a closed door or a lift."""
     HELD = 4
     """The held robot has come to a stop."""
     RESUMED = 5
@@ -128,6 +133,34 @@ class EventKind(IntEnum):
     """The edge ``id`` is closed: no robot enters it."""
     EDGE_OPENED = 16
     """The edge ``id`` is open again."""
+    DOOR_OPENED = 17
+    """The door across the edge ``id`` is open."""
+    DOOR_CLOSED = 18
+    """The door across the edge ``id`` is closed."""
+    LIFT_ARRIVED = 19
+    """A cabin has come to the level of the node ``id``, and its doors are open."""
+
+
+class FacilityKind(IntEnum):
+    """Kinds of facilities."""
+
+    DOOR = 0
+    """A door."""
+    LIFT = 1
+    """A lift."""
+
+
+class DoorState(IntEnum):
+    """The state of a door. Robots pass open doors only."""
+
+    CLOSED = 0
+    """It is closed."""
+    OPENING = 1
+    """It is opening."""
+    OPEN = 2
+    """It is open."""
+    CLOSING = 3
+    """It is closing."""
 
 
 class BreakdownCause(IntEnum):
@@ -170,6 +203,14 @@ class Refusal(IntEnum):
     """A leg of the route is along a closed edge."""
     NOT_OWNER = 14
     """Another process owns the movement of the fleet."""
+    NO_DOOR = 15
+    """No door is across the edge."""
+    NO_LIFT = 16
+    """The node is in no cabin."""
+    LIFT_IN_USE = 17
+    """The lift is requested for another robot."""
+    NO_CABIN = 18
+    """The cabin isn't at the node."""
 
 
 class OrderKind(IntEnum):

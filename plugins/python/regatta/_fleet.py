@@ -36,7 +36,7 @@ from regatta._events import TickReader
 from regatta._frame import ColumnValues
 from regatta._frames import Frames
 from regatta._manager import Manager
-from regatta._newest import ClosureReader, ContactReader, TrafficReader, WorkReader
+from regatta._newest import ClosureReader, ContactReader, FacilityReader, TrafficReader, WorkReader
 from regatta._node import Node
 from regatta._open import Closes, Open
 from regatta._ownership import Ownership
@@ -219,6 +219,10 @@ class Fleet(Closes):
     def closures(self) -> ClosureReader:
         """Opens the closed edges, which no robot may enter."""
         return ClosureReader(self)
+
+    def facilities(self) -> FacilityReader:
+        """Opens the states of doors and lifts. ``world.doors`` and ``world.lifts`` describe them."""
+        return FacilityReader(self)
 
     def work(self) -> WorkReader:
         """Opens the figures of the fleet's work, which the fleet manager publishes while it runs."""

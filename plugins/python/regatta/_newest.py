@@ -15,6 +15,8 @@ from regatta._contract import (
     ContactHeader,
     ContactRecord,
     EdgeTraffic,
+    FacilityHeader,
+    FacilityState,
     Record,
     Sequenced,
     TrafficHeader,
@@ -170,6 +172,37 @@ class ClosureReader(NewestReader[ClosureHeader]):
         """Returns the ids of the edges that are closed in a run, sorted, as of the last :meth:`latest`."""
         if self._newest is None or self._newest[0] != run_id:
             return np.empty(0, np.uint32)
+        return self._newest[1]
+
+
+class FacilityReader(NewestReader[FacilityHeader]):
+    """Reads the states of a fleet's doors and lifts. A reader that is opened later knows them, too::
+
+        facilities = fleet.facilities()
+        facilities.latest()
+        for state in facilities.states(frame.run_id):
+            print(regatta.FacilityKind(state["kind"]), state["index"], regatta.DoorState(state["door"]))
+    """
+
+    def __init__(self, fleet: Fleet) -> None:
+        super().__init__(fleet, "facilities", FacilityState, FacilityHeader)
+        self._newest: tuple[int, Records] | None = None
+
+    def latest(self) -> bool:
+        """Takes the newest change, and returns whether there was one that wasn't taken yet. Doesn't wait."""
+        latest = self._latest()
+        if latest is not None:
+            sample, states = latest
+            self._newest = (sample.header.run_id, states)
+        return latest is not None
+
+    def states(self, run_id: int) -> Records:
+        """Returns the states of all doors, then of all lifts, in a run, as of the last :meth:`latest`: ``kind`` (a
+        :class:`FacilityKind <regatta.FacilityKind>`) and ``index`` among ``world.doors`` or ``world.lifts``; ``door``
+        (a :class:`DoorState <regatta.DoorState>`), also of a lift's doors; ``level``, ``next_level`` and
+        ``called_level`` of a lift; the ``robot`` for which it is requested, and the number of ``requests``."""
+        if self._newest is None or self._newest[0] != run_id:
+            return np.empty(0, dtype(FacilityState))
         return self._newest[1]
 
 

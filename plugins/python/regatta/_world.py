@@ -13,7 +13,10 @@ import numpy.typing as npt
 from regatta._contract import (
     BYTES_PER_LINE,
     CurveRecord,
+    DoorRecord,
     EdgeRecord,
+    LiftLevelRecord,
+    LiftRecord,
     NodeRecord,
     OtherNameRecord,
     Record,
@@ -59,6 +62,49 @@ class Zone:
     """The indices of its edges."""
 
 
+@dataclass(frozen=True, eq=False)
+class Door:
+    """A door across edges. Robots pass it only while it is open."""
+
+    name: str
+    edges: npt.NDArray[np.uint32]
+    """The indices of its edges."""
+    line: npt.NDArray[np.float32]
+    """Its two ends, in metres: an array of shape (2, 2)."""
+    opening_secs: float
+    """Seconds from closed to open."""
+    closing_secs: float
+    """Seconds from open to closed."""
+
+
+@dataclass(frozen=True, eq=False)
+class LiftLevel:
+    """A level that a lift serves."""
+
+    name: str
+    nodes: npt.NDArray[np.uint32]
+    """The indices of the nodes in the cabin while it is there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lift:
+    """A lift: a cabin that carries robots from level to level."""
+
+    name: str
+    levels: tuple[LiftLevel, ...]
+    """From the lowest to the highest."""
+    rides: npt.NDArray[np.uint32]
+    """The indices of the edges from level to level."""
+    capacity: int
+    """The largest number of robots in the cabin."""
+    level_secs: float
+    """Seconds of the cabin from a level to the next."""
+    opening_secs: float
+    """Seconds from closed to open of its doors."""
+    closing_secs: float
+    """Seconds from open to closed."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class World:
     """The route graph and the robot types, as structured arrays: ``world.nodes["x"]``, ``world.edges[7]["length"]``.
@@ -97,6 +143,12 @@ class World:
     other_names: tuple[tuple[str, int], ...] = ()
     """Names of nodes besides their own, with the index of the node: those of stations there, and of nodes at the same
     place that the layout was read without."""
+
+    doors: tuple[Door, ...] = ()
+    """The doors. ``fleet.facilities()`` reads their states."""
+
+    lifts: tuple[Lift, ...] = ()
+    """The lifts."""
 
     def curves_of(self, edge: int) -> npt.NDArray[np.float32]:
         """Returns the control points of an edge's curves from origin to destination, in metres: an array of shape
@@ -145,7 +197,51 @@ def world_of(sample: Sample[WorldHeader]) -> World:
     nodes, edges = (_with_texts(records, texts) for records in (nodes, edges))
     world_zones = tuple(_zone(zone, members, texts) for zone in zones)
     origin = tuple(header.origin)
-    return World(header.run_id, header.revision, origin, nodes, edges, curves, robot_types, world_zones, other_names)
+    doors, lifts = _facilities(header, sections, texts)
+    return World(
+        header.run_id,
+        header.revision,
+        origin,
+        nodes,
+        edges,
+        curves,
+        robot_types,
+        world_zones,
+        other_names,
+        doors,
+        lifts,
+    )
+
+
+def _facilities(
+    header: WorldHeader, sections: _Sections, texts: bytes
+) -> tuple[tuple[Door, ...], tuple[Lift, ...]]:
+    """Reads the doors and the lifts."""
+    doors = sections.records(DoorRecord, header.doors)
+    lifts = sections.records(LiftRecord, header.lifts)
+    levels = sections.records(LiftLevelRecord, header.lift_levels)
+    members = sections.section(header.facility_members * _INDEX_BYTES).view(np.uint32).copy()
+
+    def some(first: Any, count: Any) -> npt.NDArray[np.uint32]:
+        return members[int(first) : int(first) + int(count)]
+
+    all_levels = tuple(
+        LiftLevel(_text_at(texts, int(level["name"])), some(level["first_node"], level["nodes"])) for level in levels
+    )
+
+    def door(record: Any) -> Door:
+        edges = some(record["first_edge"], record["edges"])
+        times = float(record["opening_secs"]), float(record["closing_secs"])
+        return Door(_text_at(texts, int(record["name"])), edges, record["line"].copy(), *times)
+
+    def lift(record: Any) -> Lift:
+        first = int(record["first_level"])
+        served = all_levels[first : first + int(record["levels"])]
+        rides = some(record["first_ride"], record["rides"])
+        times = float(record["level_secs"]), float(record["opening_secs"]), float(record["closing_secs"])
+        return Lift(_text_at(texts, int(record["name"])), served, rides, int(record["capacity"]), *times)
+
+    return tuple(map(door, doors)), tuple(map(lift, lifts))
 
 
 def _zone(zone: Any, members: npt.NDArray[np.uint32], texts: bytes) -> Zone:

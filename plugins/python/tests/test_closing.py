@@ -24,6 +24,7 @@ OPEN: dict[str, Callable[[regatta.Fleet], Any]] = {
     "contacts": lambda fleet: fleet.contacts(),
     "traffic": lambda fleet: fleet.traffic(),
     "closures": lambda fleet: fleet.closures(),
+    "facilities": lambda fleet: fleet.facilities(),
     "contact_events": lambda fleet: fleet.contact_events(),
 }
 

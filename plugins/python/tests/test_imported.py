@@ -209,7 +209,12 @@ def drive(
 ) -> None:
     """Drives each edge once, in each gear, and checks every pose of every tick."""
     options = options or {}
-    forwards, backwards = ids_of(path, options)
+    converted = in_our_format(path, options)
+    forwards, backwards = ids_of(converted)
+    if "\nDoors:" in converted or "\nLifts:" in converted:
+        # Robots would wait for doors, and one lift has one cabin.
+        path, options = folder / "without-facilities.yaml", {}
+        path.write_text(re.split(r"\n(?:Doors|Lifts):", converted)[0])
     assert len(forwards) == len(expected), "the number of edges"
     assert len(backwards) == sum(edge.reverse for edge in expected), "the number of edges with reverse gear"
     routes = [*forwards, *(-number for number in backwards)]
@@ -241,11 +246,15 @@ def drive(
     assert not problems, "\n".join([path.name, *problems])
 
 
-def ids_of(path: Path, options: dict[str, str]) -> tuple[list[int], list[int]]:
-    """Returns the ids of all edges, which routes consist of, and of those that have a reverse gear."""
+def in_our_format(path: Path, options: dict[str, str]) -> str:
+    """Returns a layout, converted to our own format."""
     arguments = [word for name, value in options.items() for word in (f"--{name}", value)]
     command: list[str | Path] = [binary(), "graph", "convert", path, *arguments, "--to", "regatta", "-o", "-"]
-    converted = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def ids_of(converted: str) -> tuple[list[int], list[int]]:
+    """Returns the ids of all edges, which routes consist of, and of those that have a reverse gear."""
     rows = [row for row in converted.splitlines() if "Origin_ID" in row]
     ids = [int(row.split(",")[0].split(":")[1]) for row in rows]
     return ids, [number for number, row in zip(ids, rows, strict=True) if "VelocityBackwards: " in row]
@@ -333,7 +342,9 @@ def check(poses: Array, edge: Edge, backwards: bool, ticks: float) -> Iterator[s
     worst = int(nearest.argmax())
     if nearest[worst] > TOLERANCE:
         yield f"{nearest[worst] * 1000:.2f} mm from the curve at s = {s[worst]:.3f}: ({x[worst]:.4f}, {y[worst]:.4f})"
-    if edge.heading is None:
+    if edge.any_heading:
+        heading = theta[:, np.newaxis]
+    elif edge.heading is None:
         heading = direction + edge.offset
     else:
         heading = np.full_like(direction, edge.heading)

@@ -10,7 +10,10 @@ import regatta
 from regatta._contract import (
     BYTES_PER_LINE,
     CurveRecord,
+    DoorRecord,
     EdgeRecord,
+    LiftLevelRecord,
+    LiftRecord,
     NodeRecord,
     OtherNameRecord,
     RobotTypeRecord,
@@ -46,10 +49,16 @@ def sample(cut: int = 0) -> Any:
     zones = [ZoneRecord(name=2, capacity=1, nodes=1, edges=2), ZoneRecord(rule=1, first_member=3, edges=1)]
     members = np.array([1, 0, 1, 1], np.uint32).tobytes()
     others = bytes(OtherNameRecord(name=2, node=1))
+    door = DoorRecord(name=2, first_edge=0, edges=1, opening_secs=3.0)
+    lift = LiftRecord(name=10, levels=2, first_ride=3, rides=1, capacity=1, level_secs=8.0)
+    levels = [LiftLevelRecord(name=2, first_node=1, nodes=1), LiftLevelRecord(name=10, first_node=2, nodes=1)]
+    facility_members = np.array([1, 0, 1, 0], np.uint32).tobytes()
     sections += [TEXTS, b"".join(map(bytes, zones)), members, others]
+    sections += [bytes(door), bytes(lift), b"".join(map(bytes, levels)), facility_members]
     payload = b"".join(padded(section) for section in sections)
     header = WorldHeader(run_id=5, revision=2, nodes=2, edges=2, curves=3, robot_types=1, text_bytes=len(TEXTS))
     header.zones, header.zone_members, header.other_names = len(zones), 4, 1
+    header.doors, header.lifts, header.lift_levels, header.facility_members = 1, 1, 2, 4
     header.origin[:] = (3.5e6, -5.25e6)
     data = np.frombuffer(payload[: len(payload) - cut], np.uint8)
     return SimpleNamespace(header=header, payload=data, elements=len(data) // BYTES_PER_LINE)
@@ -79,6 +88,14 @@ def test_each_zone_has_its_nodes_and_edges() -> None:
     assert (first.name, first.rule, first.capacity) == ("dock 1", regatta.ZoneRule.CAPACITY, 1)
     assert (first.nodes.tolist(), first.edges.tolist()) == ([1], [0, 1])
     assert second.rule == regatta.ZoneRule.SAME_DIRECTION and second.edges.tolist() == [1]
+
+
+def test_doors_and_lifts_have_their_members() -> None:
+    world = world_of(sample())
+    [door], [lift] = world.doors, world.lifts
+    assert (door.name, door.edges.tolist(), door.opening_secs) == ("dock 1", [1], 3.0)
+    assert (lift.name, lift.rides.tolist(), lift.capacity, lift.level_secs) == ("grün", [0], 1, 8.0)
+    assert [(level.name, level.nodes.tolist()) for level in lift.levels] == [("dock 1", [0]), ("grün", [1])]
 
 
 def test_nodes_have_other_names() -> None:

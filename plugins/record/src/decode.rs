@@ -6,8 +6,8 @@ use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Texts, WorldData,
-    ZoneRecord, ZoneRule,
+    CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, OtherNameRecord, RobotTypeRecord,
+    Texts, WorldData, ZoneRecord, ZoneRule,
 };
 
 use crate::schema::regatta;
@@ -56,11 +56,51 @@ pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
         let record = zone(recorded, &mut data.texts);
         data.add_zone(record, recorded.nodes.iter().copied(), recorded.edges.iter().copied());
     }
+    for recorded in &world.doors {
+        let record = door(recorded, &mut data.texts);
+        data.add_door(record, recorded.edges.iter().copied());
+    }
+    for recorded in &world.lifts {
+        add_lift(recorded, &mut data);
+    }
     for other in &world.other_names {
         let name = data.texts.add(&other.name);
         data.other_names.push(OtherNameRecord { name, node: other.node });
     }
     Ok(RecordedWorld { run_id: world.run_id, data, is_repeated: world.is_repeated })
+}
+
+/// Returns a door without its edges.
+fn door(door: &regatta::Door, texts: &mut Texts) -> DoorRecord {
+    let line = match *door.line {
+        [x0, y0, x1, y1] => [[x0, y0], [x1, y1]],
+        _ => [[0.0; 2]; 2],
+    };
+    DoorRecord {
+        name: texts.add(&door.name),
+        opening_secs: door.opening_secs,
+        closing_secs: door.closing_secs,
+        line,
+        ..DoorRecord::default()
+    }
+}
+
+fn add_lift(lift: &regatta::Lift, data: &mut WorldData) {
+    let [x, y, width, depth, yaw] = *lift.cabin else { return };
+    let record = LiftRecord {
+        name: data.texts.add(&lift.name),
+        capacity: lift.capacity,
+        level_secs: lift.level_secs,
+        opening_secs: lift.opening_secs,
+        closing_secs: lift.closing_secs,
+        centre: [x, y],
+        size: [width, depth],
+        yaw,
+        ..LiftRecord::default()
+    };
+    let names: Vec<u32> = lift.levels.iter().map(|level| data.texts.add(&level.name)).collect();
+    let nodes = lift.levels.iter().map(|level| level.nodes.iter().copied());
+    data.add_lift(record, names.into_iter().zip(nodes), lift.rides.iter().copied());
 }
 
 /// Returns a zone without its members.

@@ -12,7 +12,9 @@ use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, ZoneRecord};
+use regatta_plugin::world::{
+    DoorRecord, EdgeRecord, LiftRecord, NodeRecord, RobotTypeRecord, ZoneRecord,
+};
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders, World};
 
 use crate::contacts::ContactList;
@@ -112,6 +114,8 @@ pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
         origin_y,
         zones: world.zones().iter().map(|record| zone(world, record)).collect(),
         other_names: other_names(world),
+        doors: world.doors().iter().map(|record| door(world, record)).collect(),
+        lifts: world.lifts().iter().map(|record| lift(world, record)).collect(),
         is_repeated: false,
     }
     .encode_to_vec()
@@ -122,6 +126,34 @@ fn other_names(world: &World<'_>) -> Vec<regatta::OtherName> {
     let names = names
         .map(|other| regatta::OtherName { name: world.text(other.name).into(), node: other.node });
     names.collect()
+}
+
+fn door(world: &World<'_>, door: &DoorRecord) -> regatta::Door {
+    regatta::Door {
+        name: world.text(door.name).to_owned(),
+        edges: world.door_edges(door).to_vec(),
+        opening_secs: door.opening_secs,
+        closing_secs: door.closing_secs,
+        line: door.line.concat(),
+    }
+}
+
+fn lift(world: &World<'_>, lift: &LiftRecord) -> regatta::Lift {
+    let levels = world.lift_levels(lift).iter().map(|level| regatta::LiftLevel {
+        name: world.text(level.name).to_owned(),
+        nodes: world.level_nodes(level).to_vec(),
+    });
+    let ([x, y], [width, depth]) = (lift.centre, lift.size);
+    regatta::Lift {
+        name: world.text(lift.name).to_owned(),
+        levels: levels.collect(),
+        rides: world.lift_rides(lift).to_vec(),
+        capacity: lift.capacity,
+        level_secs: lift.level_secs,
+        opening_secs: lift.opening_secs,
+        closing_secs: lift.closing_secs,
+        cabin: vec![x, y, width, depth, lift.yaw],
+    }
 }
 
 fn zone(world: &World<'_>, zone: &ZoneRecord) -> regatta::Zone {

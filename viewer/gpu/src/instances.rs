@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use bytemuck::NoUninit;
 use glam::Vec2;
+use regatta_scene::facilities::Bar;
 use regatta_scene::plans::{GoalMark, WaitArrow};
 use regatta_scene::route::RouteSegment;
 use wgpu::{
@@ -33,6 +34,10 @@ impl Instance for u32 {
 
 impl Instance for Vec2 {
     const ATTRIBUTES: &'static [VertexAttribute] = &vertex_attr_array![0 => Float32x2];
+}
+
+impl Instance for Bar {
+    const ATTRIBUTES: &'static [VertexAttribute] = &vertex_attr_array![0 => Float32x4, 1 => Uint32];
 }
 
 impl Instance for RouteSegment {

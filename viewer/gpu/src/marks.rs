@@ -8,6 +8,7 @@ use glam::Vec2;
 use regatta_plugin::World;
 use regatta_plugin::world::{EdgeRecord, Role};
 use regatta_scene::curves::midpoint;
+use regatta_scene::facilities::Bar;
 use regatta_scene::plans::{GoalMark, PlanReport, WaitArrow};
 use regatta_scene::route::RouteSegment;
 use regatta_scene::{Layers, Marked, is_on_level};
@@ -52,6 +53,8 @@ pub struct Marks {
     /// No-entry signs in the middle of closed edges.
     signs: Instances<Vec2>,
     stations: Instances<Station>,
+    /// Doors and the cabins of lifts.
+    facilities: Instances<Bar>,
     /// The curves of the selected edge, by index.
     selected_edge: Instances<u32>,
     selected_node: Instances<u32>,
@@ -82,13 +85,15 @@ impl Marks {
         let (edge, node) = (("edge", "edge_fill"), ("node", "node_fill"));
         let (badge, mark) = (("badge", "badge_fill"), ("mark", "mark_fill"));
         let (stations, goals) = (shader(gpu, "stations"), shader(gpu, "goals"));
-        let waits = shader(gpu, "waits");
+        let (waits, facilities) = (shader(gpu, "waits"), shader(gpu, "facilities"));
+        let bar = ("bar", "bar_fill");
         Self {
             all_routes: Instances::new(gpu, target, &routes, narrow, &on_graph, NARROW_ROUTE),
             routes: Instances::new(gpu, target, &routes, wide, &on_graph, ROUTE),
             closed: Instances::new(gpu, target, &closures, ribbon, &on_graph, CLOSED),
             signs: Instances::new(gpu, target, &closures, sign, &[view], QUAD),
             stations: Instances::new(gpu, target, &stations, badge, &[view], QUAD),
+            facilities: Instances::new(gpu, target, &facilities, bar, &[view], QUAD),
             selected_edge: Instances::new(gpu, target, &selected, edge, &on_graph, SELECTED_EDGE),
             selected_node: Instances::new(gpu, target, &selected, node, &on_graph, QUAD),
             goals: Instances::new(gpu, target, &goals, mark, &on_graph, QUAD),
@@ -129,6 +134,11 @@ impl Marks {
         }
         self.closed.set(gpu, &curves);
         self.signs.set(gpu, &signs);
+    }
+
+    /// Replaces the bars of doors and lifts.
+    pub fn set_facilities(&mut self, gpu: &Gpu, bars: &[Bar]) {
+        self.facilities.set(gpu, bars);
     }
 
     /// Replaces the routes of selected robots.
@@ -175,6 +185,7 @@ impl Marks {
             }
             if layers.edges {
                 self.routes.draw(pass);
+                self.facilities.draw(pass);
                 self.closed.draw(pass);
                 self.signs.draw(pass);
             }

@@ -206,7 +206,7 @@ macro_rules! wgsl {
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has
 /// no imports.
-pub const SHADERS: [(&str, &str); 17] = [
+pub const SHADERS: [(&str, &str); 18] = [
     ("floor", wgsl!("view" "floor")),
     ("graph", wgsl!("view" "curves" "graph")),
     ("routes", wgsl!("view" "curves" "routes")),
@@ -222,6 +222,7 @@ pub const SHADERS: [(&str, &str); 17] = [
     ("field", wgsl!("view" "triangle" "marks" "field")),
     ("goals", wgsl!("view" "curves" "goals")),
     ("stations", wgsl!("view" "stations")),
+    ("facilities", wgsl!("view" "facilities")),
     ("waits", wgsl!("view" "poses" "waits")),
     ("interface", wgsl!("interface")),
 ];

@@ -4,9 +4,11 @@ mod passes;
 mod uniform;
 
 use glam::UVec2;
+use regatta_plugin::facility::FacilityState;
 use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{Frame, World};
 use regatta_scene::camera::Camera;
+use regatta_scene::facilities::bars;
 use regatta_scene::heat::HeatMap;
 use regatta_scene::palette::Legend;
 use regatta_scene::plans::PlanReport;
@@ -196,6 +198,12 @@ impl Renderer {
     /// Replaces the closed edges of the world, by index.
     pub fn set_closed(&mut self, world: &World<'_>, closed: &[u32]) {
         self.marks.set_closed(&self.gpu, world, closed, self.level.as_deref());
+    }
+
+    /// Replaces the doors and lifts of the world, by their states at a tick.
+    pub fn set_facilities(&mut self, world: &World<'_>, states: &[FacilityState], tick: u64) {
+        let bars = bars(world, states, tick, self.level.as_deref());
+        self.marks.set_facilities(&self.gpu, &bars);
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.

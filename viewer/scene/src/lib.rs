@@ -4,6 +4,7 @@
 
 pub mod camera;
 pub mod curves;
+pub mod facilities;
 pub mod heat;
 pub mod palette;
 pub mod plans;

@@ -66,6 +66,8 @@ impl Stage {
         let Some(world) = self.feed.world() else { return };
         renderer.set_world(&world);
         renderer.set_closed(&world, &self.closed.1);
+        let tick = self.feed.frame().map_or(0, |frame| frame.tick());
+        renderer.set_facilities(&world, self.feed.facilities(), tick);
         renderer.set_heat(self.heat.as_ref());
         renderer.set_plans(&self.plans);
         // A world comes before its first frame.

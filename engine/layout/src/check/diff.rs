@@ -8,6 +8,7 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
 use crate::model::angle::normalize_angle;
+use crate::model::facilities::{Door, DoorTimes, Lift};
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Station, Tags};
@@ -52,8 +53,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Returns the differences from the first graph to the second: nodes, then edges, stations and
-/// zones, each by name or id.
+/// Returns the differences from the first graph to the second: nodes, then edges, stations, zones,
+/// doors and lifts, each by name or id.
 ///
 /// ```
 /// use regatta_layout::check::diff::diff;
@@ -78,6 +79,12 @@ pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
     }));
     found.extend(compare("zone", first.zones(), second.zones(), zone_key, |a, b| {
         sides.zone_changes(a, b)
+    }));
+    found.extend(compare("door", first.doors(), second.doors(), door_key, |a, b| {
+        sides.door_changes(a, b)
+    }));
+    found.extend(compare("lift", first.lifts(), second.lifts(), lift_key, |a, b| {
+        sides.lift_changes(a, b)
     }));
     found
 }
@@ -122,6 +129,28 @@ fn station_key(station: &Station) -> String {
 
 fn zone_key(zone: &Zone) -> String {
     zone.name.to_string()
+}
+
+fn door_key(door: &Door) -> String {
+    door.name.to_string()
+}
+
+fn lift_key(lift: &Lift) -> String {
+    lift.name.to_string()
+}
+
+/// Adds a change of a time in seconds.
+fn add_secs(changes: &mut Vec<String>, what: &str, from: f64, to: f64) {
+    if from != to {
+        changes.push(format!("{what} {from} → {to} s"));
+    }
+}
+
+fn door_time_changes(a: DoorTimes, b: DoorTimes) -> Vec<String> {
+    let mut changes = Vec::new();
+    add_secs(&mut changes, "opening", a.opening_secs, b.opening_secs);
+    add_secs(&mut changes, "closing", a.closing_secs, b.closing_secs);
+    changes
 }
 
 fn rule(rule: ZoneRule) -> String {
@@ -195,6 +224,45 @@ impl Sides<'_> {
         }
         if members(self.first, a) != members(self.second, b) {
             changes.push("other nodes or edges".to_owned());
+        }
+        changes
+    }
+
+    fn door_changes(&self, a: &Door, b: &Door) -> Vec<String> {
+        let edges = |graph: &RouteGraph, door: &Door| {
+            door.edges.iter().map(|edge| edge_key(graph.edge(*edge))).collect::<BTreeSet<_>>()
+        };
+        let mut changes = door_time_changes(a.times, b.times);
+        if edges(self.first, a) != edges(self.second, b) {
+            changes.push("other edges".to_owned());
+        }
+        let origins = self.second.origin() - self.first.origin();
+        let line = b.line.map(|line| line.map(|point| point + origins));
+        let has_moved = match (a.line, line) {
+            (Some(from), Some(to)) => (0..2).any(|end| from[end].distance(to[end]) > TOLERANCE),
+            (from, to) => from != to,
+        };
+        if has_moved {
+            changes.push("moved".to_owned());
+        }
+        changes
+    }
+
+    fn lift_changes(&self, a: &Lift, b: &Lift) -> Vec<String> {
+        let levels = |graph: &RouteGraph, lift: &Lift| {
+            let names = lift.levels.iter().map(|level| {
+                let nodes = level.nodes.iter().map(|node| node_key(graph.node(*node)));
+                (level.name.clone(), nodes.collect::<BTreeSet<_>>())
+            });
+            names.collect::<Vec<_>>()
+        };
+        let mut changes = door_time_changes(a.door_times, b.door_times);
+        add_secs(&mut changes, "time per level", a.level_secs, b.level_secs);
+        if a.capacity != b.capacity {
+            changes.push(format!("capacity {} → {}", a.capacity, b.capacity));
+        }
+        if levels(self.first, a) != levels(self.second, b) {
+            changes.push("other levels or nodes".to_owned());
         }
         changes
     }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use regatta_base::graph::{Gear, Leg, NodeIndex, SMOOTH_TURN};
 
-use super::coincident;
+use super::{coincident, facilities};
 use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
 use crate::model::finding::{FindingKind, Report, Severity, Subject};
@@ -36,6 +36,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     warn_of_corners(graph, raw, report);
     warn_of_crawling(graph, raw, report);
     warn_of_copies(graph, raw, report);
+    facilities::lint(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     linter.warn_of_jumps();
     linter.warn_of_missing_ways();

@@ -8,6 +8,7 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::NodeIndex;
 
 use super::body_heading;
+use super::facilities::{check_doors, check_lifts};
 use super::zones::check_zones;
 use crate::model::angle::normalize_angle;
 use crate::model::finding::{Report, Severity, Subject};
@@ -84,7 +85,10 @@ pub(crate) fn validate(
         .collect();
     let graph = RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?);
     let zones = check_zones(&raw.zones, &graph, report)?;
-    Some(graph.with_origin(origin).with_surroundings(stations, background).with_zones(zones))
+    let doors = check_doors(&raw.doors, &graph, origin, report);
+    let lifts = check_lifts(raw, &graph, origin, report);
+    let graph = graph.with_origin(origin).with_surroundings(stations, background).with_zones(zones);
+    (!report.has_errors()).then(|| graph.with_facilities(doors, lifts))
 }
 
 /// Returns (0, 0), or the middle of the nodes in whole kilometres if some are too far from (0, 0)

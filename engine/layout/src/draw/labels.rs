@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use regatta_base::svg::Svg;
 
+use super::facilities::FACILITY;
 use super::{LEGEND, Map, PAPER, SPEED_COLOURS, approximate_length, role_colour};
 use crate::model::route_graph::{Edge, Node};
 
@@ -22,6 +23,9 @@ const GLYPH: DVec2 = DVec2::new(0.6, 1.15);
 
 /// The size of the font of the names of stations.
 const STATION_FONT: f64 = 11.0;
+
+/// The distance of the name of a door or a lift from its middle, in pixels.
+const FACILITY_GAP: f64 = 5.0;
 
 /// The side of a cell of the grid in which labels are searched for, in pixels.
 const CELL: f64 = 40.0;
@@ -145,7 +149,7 @@ impl Map<'_> {
         svg.close();
     }
 
-    /// Returns the labels that have room. Nodes come first, then stations, then edges.
+    /// Returns the labels that have room. Nodes come first, then doors and lifts, stations, edges.
     fn labels(&self) -> Vec<Label> {
         let (nodes, edges, stations) =
             (self.graph.nodes(), self.graph.edges(), self.graph.stations());
@@ -154,6 +158,12 @@ impl Map<'_> {
         if nodes.len() <= MAX_LABELLED_NODES {
             labels.extend(nodes.iter().filter_map(|node| self.place_node(node, &mut taken)));
         }
+        let facilities = self.facility_names().take(MAX_LABELLED_NODES);
+        labels.extend(facilities.filter_map(|(place, name)| {
+            let label = Label::new(name, STATION_FONT, FACILITY);
+            let centres = label.centres_around(place, FACILITY_GAP);
+            taken.place(label, centres)
+        }));
         if stations.len() <= MAX_LABELLED_NODES {
             labels.extend(self.place_stations(&mut taken));
         }

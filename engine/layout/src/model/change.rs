@@ -3,6 +3,7 @@
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::EdgeIndex;
 
+use super::facilities::{Door, Lift};
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
 use super::zones::Zone;
@@ -86,17 +87,34 @@ impl RouteGraph {
         Ok(Self::from_valid_parts(self.nodes().to_vec(), edges)
             .with_origin(self.origin())
             .with_surroundings(stations, background)
-            .with_zones(zones))
+            .with_zones(zones)
+            .with_facilities(self.doors_with(&before), self.lifts_with(&before)))
+    }
+
+    /// Returns the doors of a copy of the graph; without those that no edge leads through any more.
+    fn doors_with(&self, before: &[EdgeIndex]) -> Vec<Door> {
+        let doors = self.doors().iter();
+        let doors = doors.map(|door| Door { edges: renamed(&door.edges, before), ..door.clone() });
+        doors.filter(|door| !door.edges.is_empty()).collect()
+    }
+
+    fn lifts_with(&self, before: &[EdgeIndex]) -> Vec<Lift> {
+        let lifts = self.lifts().iter();
+        lifts.map(|lift| Lift { rides: renamed(&lift.rides, before), ..lift.clone() }).collect()
     }
 }
 
-/// Returns a zone of a graph whose edges have changed: by edge, that which it was or that it is
-/// added to.
+/// Returns a zone of a graph whose edges have changed.
 fn with_edges(zone: &Zone, before: &[EdgeIndex]) -> Zone {
+    Zone { edges: renamed(&zone.edges, before), ..zone.clone() }
+}
+
+/// Returns the edges of a changed graph that were among some edges, in ascending order. `before` is
+/// by edge that which it was, or that it is added to.
+fn renamed(some: &[EdgeIndex], before: &[EdgeIndex]) -> Vec<EdgeIndex> {
     let edges = (0..).map(EdgeIndex).zip(before);
-    let kept = edges.filter(|(_, before)| zone.edges.binary_search(before).is_ok());
-    let edges = kept.map(|(edge, _)| edge).collect();
-    Zone { edges, ..zone.clone() }
+    let kept = edges.filter(|(_, before)| some.binary_search(before).is_ok());
+    kept.map(|(edge, _)| edge).collect()
 }
 
 /// Returns a curve with the same ends whose middle is `metres` to the right; `None` for a path of

@@ -4,11 +4,13 @@ use std::fmt;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
+use regatta_base::graph::{EdgeIndex, NodeIndex};
 use serde::Serialize;
 
 use super::components::Components;
+use super::facilities::{Door, Lift};
 use super::route_graph::RouteGraph;
+use super::value::{plural, shorten};
 
 /// The statistics of a route graph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,7 +30,7 @@ pub struct Info {
     pub bounding_box: BoundingBox,
     /// The position of the graph's (0, 0) in the file, in metres.
     pub origin: [f64; 2],
-    /// The speeds from origin to destination in metres per second.
+    /// The speeds from origin to destination in metres per second, without the rides of lifts.
     pub speed: Range,
     /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no
     /// edge does.
@@ -39,6 +41,40 @@ pub struct Info {
     pub strong_components: ComponentSummary,
     /// The number of zones with a rule for the robots in them.
     pub zones: usize,
+    /// The doors.
+    pub doors: Vec<DoorInfo>,
+    /// The lifts.
+    pub lifts: Vec<LiftInfo>,
+}
+
+/// A door.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DoorInfo {
+    /// The name.
+    pub name: String,
+    /// The number of edges that lead through it.
+    pub edges: usize,
+    /// Seconds from closed to open.
+    pub opening_secs: f64,
+    /// Seconds from open to closed.
+    pub closing_secs: f64,
+}
+
+/// A lift.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LiftInfo {
+    /// The name.
+    pub name: String,
+    /// The names of its levels, from the lowest to the highest.
+    pub levels: Vec<String>,
+    /// Seconds of the cabin from a level to the next.
+    pub level_secs: f64,
+    /// Seconds from closed to open of its doors.
+    pub opening_secs: f64,
+    /// Seconds from open to closed.
+    pub closing_secs: f64,
+    /// The largest number of robots in the cabin.
+    pub capacity: u32,
 }
 
 /// The lengths of edges in metres.
@@ -100,6 +136,9 @@ impl Info {
         let edges = graph.edges();
         let reverse = edges.iter().filter_map(|edge| edge.reverse_speed);
         let nodes = graph.nodes().len();
+        // The rides of lifts have the speeds of cabins.
+        let driven = (0..).map(EdgeIndex).zip(edges);
+        let driven = driven.filter(|(index, _)| !graph.is_ride(*index));
         Self {
             nodes,
             edges: edges.len(),
@@ -110,11 +149,37 @@ impl Info {
             length: Lengths::of(graph),
             bounding_box: BoundingBox::of(graph),
             origin: graph.origin().to_array(),
-            speed: Range::of(edges.iter().map(|edge| edge.speed)),
+            speed: Range::of(driven.map(|(_, edge)| edge.speed)),
             reverse_speed: Some(Range::of(reverse)).filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
             strong_components: ComponentSummary::of(&Components::strong(graph)),
             zones: graph.zones().len(),
+            doors: graph.doors().iter().map(DoorInfo::of).collect(),
+            lifts: graph.lifts().iter().map(LiftInfo::of).collect(),
+        }
+    }
+}
+
+impl DoorInfo {
+    fn of(door: &Door) -> Self {
+        Self {
+            name: door.name.to_string(),
+            edges: door.edges.len(),
+            opening_secs: door.times.opening_secs,
+            closing_secs: door.times.closing_secs,
+        }
+    }
+}
+
+impl LiftInfo {
+    fn of(lift: &Lift) -> Self {
+        Self {
+            name: lift.name.to_string(),
+            levels: lift.levels.iter().map(|level| level.name.to_string()).collect(),
+            level_secs: lift.level_secs,
+            opening_secs: lift.door_times.opening_secs,
+            closing_secs: lift.door_times.closing_secs,
+            capacity: lift.capacity.get(),
         }
     }
 }
@@ -225,7 +290,49 @@ impl fmt::Display for Info {
         if self.zones > 0 {
             writeln!(f, "zones       {} with a rule, which the fleet manager keeps", self.zones)?;
         }
-        Ok(())
+        write_list(f, "doors", &self.doors)?;
+        write_list(f, "lifts", &self.lifts)
+    }
+}
+
+/// The largest number of doors, and of lifts, that are listed.
+const MAX_LISTED: usize = 20;
+
+/// Writes a line for each item, with a heading before the first.
+fn write_list<T: fmt::Display>(
+    f: &mut fmt::Formatter<'_>,
+    heading: &str,
+    items: &[T],
+) -> fmt::Result {
+    for (index, item) in items.iter().take(MAX_LISTED).enumerate() {
+        writeln!(f, "{:11} {item}", if index == 0 { heading } else { "" })?;
+    }
+    match items.len().saturating_sub(MAX_LISTED) {
+        0 => Ok(()),
+        more => writeln!(f, "{:11} and {more} more", ""),
+    }
+}
+
+impl fmt::Display for DoorInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, opening_secs, closing_secs, .. } = self;
+        let (name, edges) = (shorten(name), plural(self.edges, "edge"));
+        write!(f, "{name} on {edges}, opens in {opening_secs:.1} s, closes in {closing_secs:.1} s")
+    }
+}
+
+impl fmt::Display for LiftInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { level_secs, opening_secs, closing_secs, .. } = self;
+        let levels: Vec<String> = self.levels.iter().map(|level| shorten(level)).collect();
+        let robots = plural(self.capacity as usize, "robot");
+        write!(
+            f,
+            "{} for {robots}, levels {}: {level_secs:.1} s a level, its doors open in \
+             {opening_secs:.1} s and close in {closing_secs:.1} s",
+            shorten(&self.name),
+            levels.join(", ")
+        )
     }
 }
 

@@ -1,4 +1,4 @@
-//! The keys of nodes, edges, stations and zones in our own format.
+//! The keys of nodes, edges, stations, zones, doors and lifts in our own format.
 
 /// The keys of nodes and edges.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -32,10 +32,18 @@ pub(crate) enum Field {
     Nodes,
     /// A list of ids of edges.
     Edges,
-    /// The largest number of robots in a zone.
+    /// The largest number of robots in a zone or a lift.
     Capacity,
     /// The rule of a zone, by name.
     Rule,
+    OpeningSeconds,
+    ClosingSeconds,
+    SecondsPerLevel,
+    /// The extents of a cabin.
+    Width,
+    Depth,
+    /// The level where a cabin stands at the beginning.
+    Home,
     /// A map of texts.
     Properties,
     /// A key of the format that is kept as a property.
@@ -103,6 +111,31 @@ pub(crate) const ZONE_KEYS: [(&str, Field); 5] = [
     ("rule", Field::Rule),
     ("nodes", Field::Nodes),
     ("edges", Field::Edges),
+];
+
+/// The keys of a door.
+pub(crate) const DOOR_KEYS: [(&str, Field); 5] = [
+    ("name", Field::Name),
+    ("edges", Field::Edges),
+    ("line", Field::ControlPoints),
+    ("openingseconds", Field::OpeningSeconds),
+    ("closingseconds", Field::ClosingSeconds),
+];
+
+/// The keys of a lift.
+pub(crate) const LIFT_KEYS: [(&str, Field); 12] = [
+    ("name", Field::Name),
+    ("nodes", Field::Nodes),
+    ("x", Field::X),
+    ("y", Field::Y),
+    ("theta", Field::Theta),
+    ("width", Field::Width),
+    ("depth", Field::Depth),
+    ("openingseconds", Field::OpeningSeconds),
+    ("closingseconds", Field::ClosingSeconds),
+    ("secondsperlevel", Field::SecondsPerLevel),
+    ("capacity", Field::Capacity),
+    ("home", Field::Home),
 ];
 
 /// Looks up a key, ignoring case, `_`, `-` and spaces.

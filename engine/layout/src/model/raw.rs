@@ -6,6 +6,7 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{Ends, Rotation};
 
+use super::facilities::Cabin;
 use super::finding::{Report, Severity, Subject};
 use super::spline::Handles;
 use super::tags::{Orientation, Role, Tags};
@@ -20,6 +21,8 @@ pub(crate) struct RawGraph {
     pub edges: Vec<RawEdge>,
     pub stations: Vec<RawStation>,
     pub zones: Vec<RawZone>,
+    pub doors: Vec<RawDoor>,
+    pub lifts: Vec<RawLift>,
     /// Lines that are drawn behind the graph, in metres.
     pub background: Vec<Vec<DVec2>>,
     pub handles: Option<Handles>,
@@ -66,6 +69,12 @@ impl RawGraph {
         }
         for point in self.background.iter_mut().flatten() {
             *point *= unit;
+        }
+        for point in self.doors.iter_mut().flat_map(|door| &mut door.line).flatten() {
+            *point *= unit;
+        }
+        for cabin in self.lifts.iter_mut().flat_map(|lift| &mut lift.cabin) {
+            (cabin.centre, cabin.size) = (cabin.centre * unit, cabin.size * unit);
         }
     }
 }
@@ -154,4 +163,42 @@ pub(crate) struct RawZone {
     pub nodes: Vec<u32>,
     /// Ids of edges.
     pub edges: Vec<u32>,
+}
+
+/// The times of a door as written in the file, in seconds; `None` for the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RawDoorTimes {
+    pub opening: Option<f64>,
+    pub closing: Option<f64>,
+}
+
+/// A door as written in the file.
+#[derive(Debug)]
+pub(crate) struct RawDoor {
+    /// The byte offset of its first key.
+    pub at: u32,
+    pub name: String,
+    /// Ids of edges.
+    pub edges: Vec<u32>,
+    /// Its ends, in metres.
+    pub line: Option<[DVec2; 2]>,
+    pub times: RawDoorTimes,
+}
+
+/// A lift as written in the file.
+#[derive(Debug)]
+pub(crate) struct RawLift {
+    /// The byte offset of its first key.
+    pub at: u32,
+    pub name: String,
+    /// Ids of the nodes in the cabin, from the lowest level to the highest.
+    pub nodes: Vec<u32>,
+    pub cabin: Option<Cabin>,
+    pub door_times: RawDoorTimes,
+    /// Seconds from a level to the next.
+    pub level_secs: Option<f64>,
+    /// The largest number of robots in it.
+    pub capacity: Option<u32>,
+    /// The name of the level where it stands at the beginning.
+    pub home: Option<String>,
 }

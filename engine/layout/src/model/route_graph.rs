@@ -6,6 +6,7 @@ use glam::DVec2;
 use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, NodeIndex, Rotation};
 use regatta_base::rows::Rows;
 
+use super::facilities::{Door, Lift};
 use super::path::Path;
 use super::tags::{Orientation, Role, Station, Tags};
 use super::zones::Zone;
@@ -106,6 +107,8 @@ pub struct RouteGraph {
     stations: Vec<Station>,
     background: Vec<Vec<DVec2>>,
     zones: Vec<Zone>,
+    doors: Vec<Door>,
+    lifts: Vec<Lift>,
 }
 
 impl RouteGraph {
@@ -131,6 +134,8 @@ impl RouteGraph {
             stations: Vec::new(),
             background: Vec::new(),
             zones: Vec::new(),
+            doors: Vec::new(),
+            lifts: Vec::new(),
         }
     }
 
@@ -147,6 +152,20 @@ impl RouteGraph {
     /// Sets the zones, whose nodes and edges must exist.
     pub fn with_zones(self, zones: Vec<Zone>) -> Self {
         Self { zones, ..self }
+    }
+
+    /// Sets the doors and the lifts, whose nodes and edges must exist. Each lift gets the zone of its
+    /// robots, in place of one with the same name, and its rides get the speeds of the cabin.
+    pub fn with_facilities(mut self, doors: Vec<Door>, lifts: Vec<Lift>) -> Self {
+        for lift in &lifts {
+            let zone = lift.zone(&self.edges);
+            self.zones.retain(|other| other.name != zone.name);
+            self.zones.push(zone);
+            for ride in &lift.rides {
+                lift.time_ride(&mut self.edges[ride.0 as usize]);
+            }
+        }
+        Self { doors, lifts, ..self }
     }
 
     /// Gives a node another role or name.
@@ -192,6 +211,21 @@ impl RouteGraph {
     /// Returns the zones with a rule.
     pub fn zones(&self) -> &[Zone] {
         &self.zones
+    }
+
+    /// Returns the doors.
+    pub fn doors(&self) -> &[Door] {
+        &self.doors
+    }
+
+    /// Returns the lifts.
+    pub fn lifts(&self) -> &[Lift] {
+        &self.lifts
+    }
+
+    /// Whether an edge is the ride of a lift.
+    pub fn is_ride(&self, edge: EdgeIndex) -> bool {
+        self.lifts.iter().any(|lift| lift.rides.binary_search(&edge).is_ok())
     }
 
     /// Returns the lines of the background, such as walls, in metres from [`origin`](Self::origin).

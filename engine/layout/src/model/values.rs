@@ -1,4 +1,4 @@
-//! The values of nodes, edges, stations and zones in our own format, and their types.
+//! The values of nodes, edges, stations, zones, doors and lifts in our own format, and their types.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -9,9 +9,10 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::Ends;
 use regatta_base::name::UnknownName;
 
+use super::facilities::Cabin;
 use super::finding::{Report, Subject};
 use super::keys::{FIELDS, Field};
-use super::raw::{RawCurve, RawEdge, RawNode, RawStation, RawZone};
+use super::raw::{RawCurve, RawDoor, RawDoorTimes, RawEdge, RawLift, RawNode, RawStation, RawZone};
 use super::tags::{Orientation, Tags};
 use super::value::{Value, shorten};
 use super::zones::ZoneRule;
@@ -56,6 +57,17 @@ impl<'text> Values<'text> {
     /// Converts the values to a zone and reports errors; `None` if it has no name or no rule.
     pub fn zone(self, report: &mut Report<'_>) -> Option<RawZone> {
         Converter::new(self, report, Subject::File).zone()
+    }
+
+    /// Converts the values to a door and reports errors; `None` if it has no name.
+    pub fn door(self, report: &mut Report<'_>) -> Option<RawDoor> {
+        Converter::new(self, report, Subject::File).door()
+    }
+
+    /// Converts the values to a lift and reports errors; `None` if it has no name. Angles are in the
+    /// unit of the file.
+    pub fn lift(self, report: &mut Report<'_>) -> Option<RawLift> {
+        Converter::new(self, report, Subject::File).lift()
     }
 }
 
@@ -168,14 +180,84 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         Some(RawZone { at, name: name?.into(), rule: rule?, nodes, edges })
     }
 
+    fn door(mut self) -> Option<RawDoor> {
+        let at = self.start();
+        let name = self.name("a door");
+        let edges = std::mem::take(&mut self.values.edges);
+        let edges = self.ids("Edges", &edges);
+        let line = self.line();
+        Some(RawDoor { at, name: name?, edges, line, times: self.door_times() })
+    }
+
+    /// Reads the ends of a door.
+    fn line(&mut self) -> Option<[DVec2; 2]> {
+        self.value(Field::ControlPoints)?;
+        let numbers = std::mem::take(&mut self.values.numbers);
+        let &[x0, y0, x1, y1] = numbers.as_slice() else {
+            self.error("Line must have two points: give [[x, y], [x, y]]");
+            return None;
+        };
+        Some([DVec2::new(x0, y0), DVec2::new(x1, y1)])
+    }
+
+    fn door_times(&mut self) -> RawDoorTimes {
+        RawDoorTimes {
+            opening: self.optional_number(Field::OpeningSeconds, "OpeningSeconds"),
+            closing: self.optional_number(Field::ClosingSeconds, "ClosingSeconds"),
+        }
+    }
+
+    fn lift(mut self) -> Option<RawLift> {
+        let at = self.start();
+        let name = self.name("a lift");
+        let nodes = std::mem::take(&mut self.values.numbers);
+        Some(RawLift {
+            at,
+            name: name?,
+            nodes: self.ids("Nodes", &nodes),
+            cabin: self.cabin(),
+            door_times: self.door_times(),
+            level_secs: self.optional_number(Field::SecondsPerLevel, "SecondsPerLevel"),
+            capacity: if self.is_given(Field::Capacity) { self.capacity() } else { None },
+            home: self.text(Field::Home).map(String::from),
+        })
+    }
+
+    /// Reads the footprint of a cabin.
+    fn cabin(&mut self) -> Option<Cabin> {
+        let keys =
+            [(Field::X, "X"), (Field::Y, "Y"), (Field::Width, "Width"), (Field::Depth, "Depth")];
+        if !keys.iter().any(|(field, _)| self.is_given(*field)) {
+            return None;
+        }
+        let [x, y, width, depth] = keys.map(|(field, key)| self.number(field, key));
+        Some(Cabin {
+            centre: DVec2::new(x?, y?),
+            size: DVec2::new(width?, depth?),
+            yaw: self.optional_number(Field::Theta, "Theta").unwrap_or_default(),
+        })
+    }
+
+    /// Reads the name of a door or a lift.
+    fn name(&mut self, owner: &str) -> Option<String> {
+        let name = self.text(Field::Name);
+        if name.is_none() {
+            self.error(format!("{owner} has no Name: give one"));
+        }
+        name.map(String::from)
+    }
+
+    fn capacity(&mut self) -> Option<u32> {
+        let expected = "a whole number of robots, at least 1";
+        self.required(Field::Capacity, "Capacity", expected, |number| {
+            let capacity = number as u32;
+            (capacity > 0 && f64::from(capacity) == number).then_some(capacity)
+        })
+    }
+
     fn zone_rule(&mut self) -> Option<ZoneRule> {
         if self.is_given(Field::Capacity) {
-            let expected = "a whole number of robots, at least 1";
-            return self.required(Field::Capacity, "Capacity", expected, |number| {
-                let capacity = number as u32;
-                let is_whole = f64::from(capacity) == number;
-                NonZeroU32::new(capacity).filter(|_| is_whole).map(ZoneRule::Capacity)
-            });
+            return self.capacity().and_then(NonZeroU32::new).map(ZoneRule::Capacity);
         }
         let rule = match self.value(Field::Rule).map(Value::lowercase).as_deref() {
             Some("exclusive") => Some(ZoneRule::EXCLUSIVE),

@@ -16,9 +16,12 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{Ends, Rotation};
 
 use self::numbering::{Index, Number, Numbering};
+use crate::model::facilities::Cabin;
 use crate::model::finding::Report;
 use crate::model::path::Path;
-use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation, RawZone};
+use crate::model::raw::{
+    RawCurve, RawDoor, RawDoorTimes, RawEdge, RawGraph, RawLift, RawNode, RawStation, RawZone,
+};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::model::zones::ZoneRule;
@@ -31,6 +34,8 @@ pub(crate) struct Layout {
     pub edges: Vec<LayoutEdge>,
     pub stations: Vec<LayoutStation>,
     pub zones: Vec<LayoutZone>,
+    pub doors: Vec<LayoutDoor>,
+    pub lifts: Vec<LayoutLift>,
     /// Lines that are drawn behind the graph, in metres: walls, racks.
     pub background: Vec<Vec<DVec2>>,
 }
@@ -110,6 +115,38 @@ pub(crate) struct LayoutZone {
     pub edges: Vec<usize>,
 }
 
+/// A door.
+#[derive(Debug)]
+pub(crate) struct LayoutDoor {
+    /// The byte offset in the file, for messages.
+    pub at: u32,
+    /// The name, unique among doors.
+    pub name: String,
+    /// Indices of edges.
+    pub edges: Vec<usize>,
+    /// Its ends, in metres.
+    pub line: Option<[DVec2; 2]>,
+    pub times: RawDoorTimes,
+}
+
+/// A lift.
+#[derive(Debug)]
+pub(crate) struct LayoutLift {
+    /// The byte offset in the file, for messages.
+    pub at: u32,
+    /// The name, unique among lifts.
+    pub name: String,
+    /// Indices of the nodes in the cabin, from the lowest level to the highest.
+    pub nodes: Vec<usize>,
+    /// Angles are in radians.
+    pub cabin: Option<Cabin>,
+    pub door_times: RawDoorTimes,
+    /// Seconds from a level to the next.
+    pub level_secs: Option<f64>,
+    /// The name of the level where it stands at the beginning.
+    pub home: Option<String>,
+}
+
 /// The speed in metres per second of edges without a speed in the file.
 pub(crate) const DEFAULT_SPEED: f64 = 1.0;
 
@@ -151,11 +188,30 @@ impl Layout {
             nodes: zone.nodes.iter().map(|&index| node_ids.number(index).number).collect(),
             edges: zone.edges.iter().map(|&index| edge_ids.number(index).number).collect(),
         });
+        let doors = self.doors.into_iter().map(|door| RawDoor {
+            at: door.at,
+            name: door.name,
+            edges: door.edges.iter().map(|&index| edge_ids.number(index).number).collect(),
+            line: door.line,
+            times: door.times,
+        });
+        let lifts = self.lifts.into_iter().map(|lift| RawLift {
+            at: lift.at,
+            name: lift.name,
+            nodes: lift.nodes.iter().map(|&index| node_ids.number(index).number).collect(),
+            cabin: lift.cabin,
+            door_times: lift.door_times,
+            level_secs: lift.level_secs,
+            capacity: None,
+            home: lift.home,
+        });
         RawGraph {
             nodes: nodes.collect(),
             edges: edges.collect(),
             stations: stations.collect(),
             zones: zones.collect(),
+            doors: doors.collect(),
+            lifts: lifts.collect(),
             background: self.background,
             is_imported: true,
             ..RawGraph::default()

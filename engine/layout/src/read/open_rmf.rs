@@ -5,6 +5,7 @@
 //! lanes.
 
 pub(crate) mod building;
+mod doors;
 mod lifts;
 mod model;
 #[cfg(test)]
@@ -16,11 +17,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 
+use crate::model::facilities::Cabin;
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
+use crate::model::raw::RawDoorTimes;
 use crate::model::value::shorten;
 use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
 use crate::read::layout::Layout;
+use doors::DoorPlan;
+use lifts::LiftPlan;
 use model::{Building, Lane, Level, Vertex};
 use tree::{Content, Tree};
 
@@ -49,8 +54,8 @@ pub(crate) fn read<'text>(
         .enumerate()
         .map(|(index, level)| (level.name.clone(), index))
         .collect();
-    add_doors(&root, &by_name, &mut building.levels, &mut ignored);
-    add_lifts(&root, &mut building.levels);
+    add_doors(&root, &by_name, &mut building, &mut ignored);
+    add_lifts(&root, &mut building);
     ignored.report(report);
     Ok(building.into_layout(options, report))
 }
@@ -96,20 +101,27 @@ fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ign
     }
 }
 
-/// Adds the lines of doors to their levels.
+/// Adds the doors, and their lines to their levels.
 fn add_doors(
     root: &Tree<'_>,
     by_name: &BTreeMap<String, usize>,
-    levels: &mut [Level],
+    building: &mut Building,
     ignored: &mut Ignored,
 ) {
-    for (_, door) in root.entries_of("doors") {
+    for (name, door) in root.entries_of("doors") {
         let map = door.text_of("map");
-        let level = map.and_then(|map| by_name.get(&map)).and_then(|index| levels.get_mut(*index));
+        let level = map.and_then(|map| by_name.get(&map));
+        let level = level.and_then(|index| building.levels.get_mut(*index));
         let endpoints = door.items_of("endpoints");
         let line: Option<Vec<DVec2>> =
             endpoints.iter().map(|point| self::point(point.items())).collect();
         if let (Some(level), Some(line)) = (level, line.filter(|line| line.len() > 1)) {
+            let line_of_door = [line[0], line[1]];
+            if line_of_door.iter().all(|point| point.is_finite()) {
+                let times = RawDoorTimes::default();
+                let plan = DoorPlan { at: door.at, line: line_of_door, times };
+                building.doors.insert(name.clone(), plan);
+            }
             level.lines.push(line);
         } else {
             ignored.add(door.at, "door without two endpoints on a level");
@@ -117,29 +129,25 @@ fn add_doors(
     }
 }
 
-/// Adds the outlines of lifts to each level that they serve.
-fn add_lifts(root: &Tree<'_>, levels: &mut [Level]) {
-    let lifts = root.entries_of("lifts");
-    let outlines: BTreeMap<&str, Vec<DVec2>> =
-        lifts.iter().filter_map(|(name, lift)| Some((name.as_str(), outline(lift)?))).collect();
-    for level in levels {
+/// Adds the lifts, and their outlines to each level that they serve.
+fn add_lifts(root: &Tree<'_>, building: &mut Building) {
+    for (name, lift) in root.entries_of("lifts") {
+        let cabin = cabin(lift);
+        building.lifts.insert(name.clone(), LiftPlan { at: lift.at, cabin, ..LiftPlan::default() });
+    }
+    for level in &mut building.levels {
         let served: BTreeSet<&str> = level.vertices.iter().filter_map(Vertex::lift).collect();
-        let lines = served.into_iter().filter_map(|lift| outlines.get(lift).cloned());
-        level.lines.extend(lines);
+        let cabins = served.into_iter().filter_map(|lift| building.lifts.get(lift)?.cabin);
+        level.lines.extend(cabins.map(|cabin| cabin.outline().into()));
     }
 }
 
-fn outline(lift: &Tree<'_>) -> Option<Vec<DVec2>> {
+fn cabin(lift: &Tree<'_>) -> Option<Cabin> {
     let position = lift.get("position")?.items();
     let yaw = position.get(2).and_then(Tree::number).unwrap_or_default();
-    Some(rectangle(point(position)?, point(lift.get("dims")?.items())?, yaw))
-}
-
-/// Returns the closed outline of a rectangle.
-fn rectangle(centre: DVec2, size: DVec2, yaw: f64) -> Vec<DVec2> {
-    let corners = [(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5), (0.5, 0.5)];
-    let turn = DVec2::from_angle(yaw);
-    corners.map(|(x, y)| centre + turn.rotate(size * DVec2::new(x, y))).into()
+    let cabin = Cabin { centre: point(position)?, size: point(lift.get("dims")?.items())?, yaw };
+    let is_finite = cabin.centre.is_finite() && cabin.size.is_finite() && yaw.is_finite();
+    Some(cabin).filter(|cabin| is_finite && cabin.size.cmpgt(DVec2::ZERO).all())
 }
 
 /// Returns the point of a tuple that starts with two numbers.

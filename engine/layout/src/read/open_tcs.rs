@@ -153,7 +153,7 @@ impl Reader<'_, '_> {
                 (edge.id, edge.tags.name) = (id, own.name);
             }
         }
-        Layout { nodes, edges, stations, zones, background: Vec::new() }
+        Layout { nodes, edges, stations, zones, ..Layout::default() }
     }
 
     fn node(&mut self, mut element: Element<'_>, blocks: &Blocks) -> (LayoutNode, Own) {

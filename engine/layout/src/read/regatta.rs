@@ -73,6 +73,8 @@ enum Scope {
     Edge,
     Station,
     Zone,
+    Door,
+    Lift,
 }
 
 impl<'text> Content<'text> {
@@ -92,6 +94,8 @@ impl<'text> Content<'text> {
         self.graph.edges.append(&mut later.graph.edges);
         self.graph.stations.append(&mut later.graph.stations);
         self.graph.zones.append(&mut later.graph.zones);
+        self.graph.doors.append(&mut later.graph.doors);
+        self.graph.lifts.append(&mut later.graph.lifts);
         self.graph.handles = self.graph.handles.or(later.graph.handles);
         self.graph.degrees |= later.graph.degrees;
         for ((scope, key), UnknownKey { at, count }) in later.unknown {
@@ -117,6 +121,8 @@ impl<'text> Content<'text> {
                 Scope::Edge => "an edge",
                 Scope::Station => "a station",
                 Scope::Zone => "a zone",
+                Scope::Door => "a door",
+                Scope::Lift => "a lift",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
             // `1,5` in braces is the value 1 and the key 5.

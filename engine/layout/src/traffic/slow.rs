@@ -18,9 +18,11 @@ pub struct SlowLeg {
     pub seconds: f64,
 }
 
-/// Returns the legs that are slower than [`WALK`], in the order of the edges.
+/// Returns the legs that are slower than [`WALK`], in the order of the edges; without the rides of
+/// lifts.
 pub fn slow_legs(graph: &RouteGraph) -> Vec<SlowLeg> {
-    let slow = legs(graph.edges()).filter_map(|leg| {
+    let driven = legs(graph.edges()).filter(|leg| !graph.is_ride(leg.edge));
+    let slow = driven.filter_map(|leg| {
         let speed = graph.leg_speed(leg).filter(|speed| *speed < WALK)?;
         let seconds = graph.edge(leg.edge).path.length() / speed;
         Some(SlowLeg { leg, speed, seconds })

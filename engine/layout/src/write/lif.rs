@@ -56,6 +56,8 @@ pub fn write_with(graph: &RouteGraph, header: &Header<'_>) -> Written {
     writer.count_surroundings();
     let text = text(&writer.sheets, header);
     writer.losses.add_many(graph.zones().len(), "zones with a rule: LIF has none");
+    writer.losses.add_many(graph.doors().len(), "doors: LIF has none");
+    writer.losses.add_many(graph.lifts().len(), "lifts: only their edges are kept");
     Written { text, losses: writer.losses.into_lines() }
 }
 

@@ -217,6 +217,8 @@ fn losses(graph: &RouteGraph) -> Losses {
     losses.add_many(graph.stations().len(), "stations: this format has none");
     losses.add_many(graph.background().len(), "lines of the background: this format has none");
     losses.add_many(graph.zones().len(), "zones with a rule: only their names are kept");
+    losses.add_many(graph.doors().len(), "doors: only their names are kept");
+    losses.add_many(graph.lifts().len(), "lifts: only their edges are kept");
     losses.add_if(
         graph.origin() != DVec2::ZERO,
         "offset of the graph on the map: Nav2 stores positions in single precision, too coarse for \

@@ -32,6 +32,8 @@ pub fn write(graph: &RouteGraph) -> Written {
     writer.losses.add_many(graph.background().len(), "background lines: this format has none");
     let several = graph.zones().iter().filter(|zone| block_type(zone.rule).is_none()).count();
     writer.losses.add_many(several, "zones for several robots: this format has none");
+    writer.losses.add_many(graph.doors().len(), "doors: this format has none");
+    writer.losses.add_many(graph.lifts().len(), "lifts: only their edges are kept");
     Written { text: text + "\n", losses: writer.losses.into_lines() }
 }
 

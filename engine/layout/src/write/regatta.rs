@@ -8,6 +8,7 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{Ends, NodeIndex, Rotation};
 
 use super::Losses;
+use crate::model::facilities::{Cabin, Door, DoorTimes, Lift};
 use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
@@ -53,13 +54,66 @@ impl Writer<'_> {
         for station in graph.stations() {
             self.station(station)?;
         }
-        if !graph.zones().is_empty() {
+        // The zone of a lift's robots comes with the lift.
+        let lifts: Vec<String> = graph.lifts().iter().map(Lift::zone_name).collect();
+        let zones = || graph.zones().iter().filter(|zone| !lifts.iter().any(|l| **l == *zone.name));
+        if zones().next().is_some() {
             writeln!(self.text, "\nZones:")?;
         }
-        for zone in graph.zones() {
+        for zone in zones() {
             self.zone(zone)?;
         }
+        if !graph.doors().is_empty() {
+            writeln!(self.text, "\nDoors:")?;
+        }
+        for door in graph.doors() {
+            self.door(door)?;
+        }
+        if !graph.lifts().is_empty() {
+            writeln!(self.text, "\nLifts:")?;
+        }
+        for lift in graph.lifts() {
+            self.lift(lift)?;
+        }
         Ok(())
+    }
+
+    fn door(&mut self, door: &Door) -> fmt::Result {
+        write!(self.text, "- {{Name: ")?;
+        self.quoted(&door.name)?;
+        let edges = door.edges.iter().map(|&edge| self.graph.edge(edge).id.to_string());
+        let edges: Vec<String> = edges.collect();
+        write!(self.text, ", Edges: [{}]", edges.join(", "))?;
+        if let Some(line) = door.line {
+            let [start, end] = line.map(|point| self.graph.origin() + point);
+            let (x, y) = (start.x, start.y);
+            write!(self.text, ", Line: [[{x:?}, {y:?}], [{:?}, {:?}]]", end.x, end.y)?;
+        }
+        self.door_times(door.times)?;
+        writeln!(self.text, "}}")
+    }
+
+    fn door_times(&mut self, times: DoorTimes) -> fmt::Result {
+        let DoorTimes { opening_secs, closing_secs } = times;
+        write!(self.text, ", OpeningSeconds: {opening_secs:?}, ClosingSeconds: {closing_secs:?}")
+    }
+
+    fn lift(&mut self, lift: &Lift) -> fmt::Result {
+        write!(self.text, "- {{Name: ")?;
+        self.quoted(&lift.name)?;
+        let nodes = lift.levels.iter().flat_map(|level| &level.nodes);
+        let nodes: Vec<String> = nodes.map(|&node| self.id(node).to_string()).collect();
+        write!(self.text, ", Nodes: [{}]", nodes.join(", "))?;
+        if let Some(Cabin { centre, size, yaw }) = lift.cabin {
+            let DVec2 { x, y } = self.graph.origin() + centre;
+            write!(self.text, ", X: {x:?}, Y: {y:?}, Theta: {yaw:?}")?;
+            write!(self.text, ", Width: {:?}, Depth: {:?}", size.x, size.y)?;
+        }
+        self.door_times(lift.door_times)?;
+        let Lift { level_secs, capacity, .. } = lift;
+        write!(self.text, ", SecondsPerLevel: {level_secs:?}, Capacity: {capacity}, Home: ")?;
+        self.quoted(&lift.levels[lift.home].name)?;
+        writeln!(self.text, "}}")
     }
 
     fn edge(&mut self, edge: &Edge) -> fmt::Result {

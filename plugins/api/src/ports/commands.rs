@@ -163,6 +163,32 @@ impl Commands {
         )
     }
 
+    /// Opens the doors across an edge, by its id, for a robot ([`NO_ROBOT`] for an operator), or
+    /// keeps them open. Returns the command's token.
+    pub fn request_door(&mut self, robot: u32, edge: u32) -> u64 {
+        let record = CommandRecord { robot, id: edge, ..CommandRecord::default() };
+        self.push(CommandKind::RequestDoor, record)
+    }
+
+    /// Ends the request of doors for a robot. Returns the command's token.
+    pub fn release_door(&mut self, robot: u32, edge: u32) -> u64 {
+        let record = CommandRecord { robot, id: edge, ..CommandRecord::default() };
+        self.push(CommandKind::ReleaseDoor, record)
+    }
+
+    /// Calls a lift to the level of a node in its cabin, by the node's id, for a robot
+    /// ([`NO_ROBOT`] for an operator), or keeps it there. Returns the command's token.
+    pub fn call_lift(&mut self, robot: u32, node: u32) -> u64 {
+        let record = CommandRecord { robot, id: node, ..CommandRecord::default() };
+        self.push(CommandKind::CallLift, record)
+    }
+
+    /// Ends the call of a lift, by a node in its cabin, for a robot. Returns the command's token.
+    pub fn release_lift(&mut self, robot: u32, node: u32) -> u64 {
+        let record = CommandRecord { robot, id: node, ..CommandRecord::default() };
+        self.push(CommandKind::ReleaseLift, record)
+    }
+
     /// Adds a robot on a node, by the node's id. Returns the command's token; the `Spawned` event
     /// has the robot's id.
     pub fn spawn_at_node(&mut self, robot_type: u32, node: u32) -> u64 {

@@ -22,6 +22,7 @@ use crate::records::command::{Authority, CommandHeader, CommandRecord};
 use crate::records::command_log::CommandLogHeader;
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
+use crate::records::facility::{FacilityHeader, FacilityState};
 use crate::records::frame::{FrameHeader, Line, frame_lines, stride_lines};
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::world::{WorldData, WorldHeader};
@@ -63,6 +64,7 @@ pub struct ProducerPorts {
     events: SliceSender<EventRecord, EventHeader>,
     command_log: SliceSender<CommandRecord, CommandLogHeader>,
     closures: SliceSender<ClosedEdge, ClosureHeader>,
+    facilities: SliceSender<FacilityState, FacilityHeader>,
     columns: BTreeMap<ColumnName, ColumnPublisher>,
     commands: CommandInbox,
     requests: RequestInbox,
@@ -107,6 +109,7 @@ impl ProducerPorts {
             events: SliceSender::open(&services::EVENTS, &participant, few)?,
             command_log: SliceSender::open(&services::COMMAND_LOG, &participant, few)?,
             closures: SliceSender::open(&services::CLOSURES, &participant, few)?,
+            facilities: SliceSender::open(&services::FACILITIES, &participant, few)?,
             columns: BTreeMap::new(),
             commands: CommandInbox::open(&participant)?,
             requests: RequestInbox::open(&participant)?,
@@ -275,13 +278,27 @@ impl ProducerPorts {
         self.closures.publish(ClosureHeader { run_id: self.run_id, tick, sequence: 0 }, edges)
     }
 
-    /// Connects readers that have joined since, and gives them the newest frame, world, columns and
-    /// closures. To be called every tick, and every now and then while the clock is paused. Cheap
+    /// Publishes the states of all doors, then of all lifts, from a tick on, in place of those
+    /// before.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish_facilities(
+        &mut self,
+        tick: u64,
+        states: &[FacilityState],
+    ) -> Result<(), PublishError> {
+        self.facilities.publish(FacilityHeader { run_id: self.run_id, tick, sequence: 0 }, states)
+    }
+
+    /// Connects readers that have joined since, and gives them the newest frame, world, columns,
+    /// closures and facilities. To be called every tick, and every now and then while the clock is paused. Cheap
     /// if no reader has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
         self.command_log.update();
         self.closures.update();
+        self.facilities.update();
         self.world.update();
         self.frames.update();
         self.events.update();

@@ -17,6 +17,7 @@
 //! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 28 B an edge and period: 8.4 MB at 100 k edges |
 //! | history, spots | 64 | 1 | 2 | 1 | 1 | 194 | 56 and 64 B each, 1,200 and 200 at most: 67 and 13 kB |
 //! | closures | 64 | 1 | 2 | 1 | 1 | 194 | 4 B an edge, 64 edges to begin with: 50 kB |
+//! | facilities | 64 | 1 | 2 | 1 | 1 | 194 | 48 B each, 64 to begin with: 0.6 MB of address space |
 //! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
 //! | work | 64 | 1 | 2 | 1 | 1 | 194 | 56 B, 64 records to begin with: 0.7 MB of address space |
 //! | contact events, command log, orders | 64 | 1024 | 1 | 0 | 1 | 1161 | 56, 40 and 40 B each, 64 to begin with: 4.2, 3.0 and 3.0 MB |
@@ -47,6 +48,7 @@ use crate::records::command_log::CommandLogHeader;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
+use crate::records::facility::{FacilityHeader, FacilityState};
 use crate::records::frame::{FrameHeader, Line};
 use crate::records::history::{FleetSample, HistoryHeader, HotSpot};
 use crate::records::manager::{ManagerRequest, ManagerResponse};
@@ -193,6 +195,9 @@ pub(crate) const SPOTS: SliceService<HotSpot, HistoryHeader> =
 /// anew.
 pub(crate) const CLOSURES: SliceService<ClosedEdge, ClosureHeader> =
     SliceService::new("closures", "closures", newest(1));
+/// The states of doors and lifts. The facilities themselves are part of the world.
+pub(crate) const FACILITIES: SliceService<FacilityState, FacilityHeader> =
+    SliceService::new("facilities", "facilities", newest(1));
 /// The recording that a replay plays.
 pub(crate) const RECORDING: SliceService<RecordingMark, RecordingHeader> =
     SliceService::new("recording", "recording", newest(1));

@@ -32,11 +32,12 @@ pub struct EventRecord {
     pub token: u64,
     /// An [`EventKind`].
     pub kind: u32,
-    /// The robot, by id; [`NO_ROBOT`](super::order::NO_ROBOT) for events of edges and the answers
-    /// to their commands.
+    /// The robot, by id; [`NO_ROBOT`](super::order::NO_ROBOT) for events of edges, doors and lifts,
+    /// and the answers to their commands.
     pub robot: u32,
-    /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `Refused`: the id that
-    /// the command named.
+    /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `DoorOpened`,
+    /// `DoorClosed`: that of the door's first edge. `LiftArrived`: that of a node in its cabin.
+    /// `Refused`: the id that the command named.
     pub id: u32,
     /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
     pub detail: u32,
@@ -51,7 +52,7 @@ numbered! {
         /// A robot reached the end of its route.
         RouteDone = 2,
         /// A robot reached the end of its released base and waits for a release, or comes to a
-        /// closed edge and waits for it.
+        /// closed edge, a closed door or a lift and waits for it.
         WaitingForRelease = 3,
         /// A held robot has come to a stop.
         Held = 4,
@@ -79,6 +80,12 @@ numbered! {
         EdgeClosed = 15,
         /// An edge is open again.
         EdgeOpened = 16,
+        /// A door is open.
+        DoorOpened = 17,
+        /// A door is closed.
+        DoorClosed = 18,
+        /// A cabin has come to a level, and its doors are open.
+        LiftArrived = 19,
     }
 }
 
@@ -127,6 +134,14 @@ numbered! {
         EdgeClosed = 13,
         /// Another process owns the movement of the fleet.
         NotOwner = 14,
+        /// No door is across that edge.
+        NoDoor = 15,
+        /// That node is in no cabin.
+        NoLift = 16,
+        /// The lift is requested for another robot.
+        LiftInUse = 17,
+        /// The cabin isn't at that node.
+        NoCabin = 18,
     }
 }
 

@@ -1,7 +1,8 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
 //!
-//! A sample is a block of lines with eight sections: nodes, edges, curves, robot types, texts,
-//! zones, their members, and other names of nodes. Each section starts on a whole line. Readers get
+//! A sample is a block of lines with twelve sections: nodes, edges, curves, robot types, texts,
+//! zones, their members, other names of nodes, doors, lifts, levels of lifts, and the members of
+//! facilities. Each section starts on a whole line. Readers get
 //! them as a [`World`]; producers fill in a [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
@@ -11,12 +12,14 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::sequence::Sequenced;
 use super::{padded, text};
 pub use data::WorldData;
+pub use facilities::{DoorRecord, LiftLevelRecord, LiftRecord};
 pub use levels::{Level, Levels};
 pub use texts::Texts;
 pub use view::World;
 pub use zones::{ZoneRecord, ZoneRule};
 
 mod data;
+mod facilities;
 mod levels;
 mod texts;
 mod view;
@@ -52,6 +55,14 @@ pub struct WorldHeader {
     pub zone_members: u32,
     /// Number of [`OtherNameRecord`]s.
     pub other_names: u32,
+    /// Number of [`DoorRecord`]s.
+    pub doors: u32,
+    /// Number of [`LiftRecord`]s.
+    pub lifts: u32,
+    /// Number of [`LiftLevelRecord`]s.
+    pub lift_levels: u32,
+    /// Number of the members of all doors and lifts.
+    pub facility_members: u32,
 }
 
 /// Another name of a node: that of a station there, or of a node at the same place that the layout

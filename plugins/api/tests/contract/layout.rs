@@ -23,6 +23,7 @@ use regatta_plugin::contact::{
 };
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord, Refusal};
+use regatta_plugin::facility::{DoorState, FacilityHeader, FacilityKind, FacilityState};
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot, Trend};
 use regatta_plugin::manager::{ManagerAnswer, ManagerRequest, ManagerRequestKind, ManagerResponse};
@@ -33,8 +34,8 @@ use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::work::{WorkFigures, WorkHeader};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Role, Shape,
-    WorldHeader, ZoneRecord, ZoneRule,
+    CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord, NodeRecord, OtherNameRecord,
+    RobotTypeRecord, Role, Shape, WorldHeader, ZoneRecord, ZoneRule,
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
@@ -78,9 +79,13 @@ fn all_records() -> Map<String, Value> {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated, jumps }
         WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, zones, zone_members,
-            other_names }
+            other_names, doors, lifts, lift_levels, facility_members }
         ZoneRecord { name, rule, capacity, first_member, nodes, edges }
         OtherNameRecord { name, node }
+        DoorRecord { name, first_edge, edges, opening_secs, closing_secs, line }
+        LiftRecord { name, first_level, levels, first_ride, rides, capacity, level_secs, opening_secs, closing_secs,
+            centre, size, yaw }
+        LiftLevelRecord { name, first_node, nodes }
         NodeRecord { id, x, y, theta, name, level, zone, role }
         EdgeRecord { id, origin, destination, length, first_curve, curves, speed, reverse_speed, name,
             level, zone, orientation, orientation_angle, reserved }
@@ -117,6 +122,9 @@ fn all_records() -> Map<String, Value> {
         ManagerResponse { order, answer, robot }
         ClosureHeader { run_id, tick, sequence }
         ClosedEdge { edge }
+        FacilityHeader { run_id, tick, sequence }
+        FacilityState { since_tick, ticks, kind, index, door, level, next_level, called_level, robot, requests,
+            reserved }
         WorkHeader { run_id, tick, sequence }
         WorkFigures { secs, finished, open, failed, orders_per_hour, service_p50_secs, service_p99_secs, waiting, busy,
             robots }
@@ -134,12 +142,15 @@ fn all_enums() -> Map<String, Value> {
         Role { None, Pick, Drop, Park, Charge, Transfer }
         ZoneRule { Capacity, SameDirection }
         CommandKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
-            Repair, CloseEdge, OpenEdge }
+            Repair, CloseEdge, OpenEdge, RequestDoor, ReleaseDoor, CallLift, ReleaseLift }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
-            Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened }
+            Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened, DoorOpened, DoorClosed, LiftArrived }
+        FacilityKind { Door, Lift }
+        DoorState { Closed, Opening, Open, Closing }
         BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed, NotOwner }
+            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed, NotOwner, NoDoor,
+            NoLift, LiftInUse, NoCabin }
         OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
             Unroutable, Reopened }
         Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,

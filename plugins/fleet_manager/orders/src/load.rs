@@ -289,7 +289,9 @@ impl<'places> Groups<'places> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
             if nodes.is_empty() || role == Role::None {
-                return Ok(self.places.nodes(|place| place.role != Role::Charge));
+                return Ok(self
+                    .places
+                    .nodes(|place| place.role != Role::Charge && !place.is_in_lift));
             }
             return Ok(nodes);
         };

@@ -19,6 +19,8 @@ pub struct Place {
     pub role: Role,
     /// Metres east and north of the world's origin.
     pub position: Vec2,
+    /// Whether it is in the cabin of a lift, which a robot that stands there would keep.
+    pub is_in_lift: bool,
 }
 
 /// The error of looking a place up.
@@ -45,12 +47,16 @@ pub struct Places {
 impl Places {
     /// Makes the table of a world.
     pub fn of(world: &World) -> Self {
-        let places = world.nodes().iter().map(|node| Place {
+        let levels = world.lifts().iter().flat_map(|lift| world.lift_levels(lift));
+        let stops: BTreeSet<u32> =
+            levels.flat_map(|level| world.level_nodes(level)).copied().collect();
+        let places = (0..).zip(world.nodes()).map(|(index, node)| Place {
             id: node.id,
             name: world.text(node.name).to_owned(),
             zone: world.text(node.zone).to_owned(),
             role: node.role(),
             position: Vec2::new(node.x, node.y),
+            is_in_lift: stops.contains(&index),
         });
         let mut table = Self::new(places.collect());
         for other in world.other_names() {

@@ -86,7 +86,7 @@ impl Survey {
         // Rounded down leg by leg, and not way by way: so the bound falls by no more than a leg's
         // time along it.
         let times = roads.edges().iter().zip(delay).map(|(road, delay)| {
-            let secs = road.length / road.speed.min(fastest) + delay;
+            let secs = road.length / road.speed.min(fastest) + road.delay_secs + delay;
             (secs / self.unit) as u32
         });
         let times: Vec<u32> = times.collect();

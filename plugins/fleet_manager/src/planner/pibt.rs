@@ -301,7 +301,8 @@ fn hops(roads: &Roads, node: u32) -> Vec<Hop> {
             let edge = roads.edge(leg.edge());
             let mut legs = way.legs.clone();
             legs.push(leg);
-            let secs = way.secs + f64::from(edge.length / edge.speed.max(1e-3));
+            let driving = edge.length / edge.speed.max(1e-3) + edge.delay_secs;
+            let secs = way.secs + f64::from(driving);
             let hop = Hop { legs, place: roads.end(leg), secs };
             if hop.place == node || hops.len() >= MOST_HOPS {
                 continue;

@@ -179,7 +179,8 @@ impl Router {
                 continue;
             }
             let Some(extra) = cost(leg) else { continue };
-            let driving = roads.edge(leg.edge()).length / roads.speed(class, leg);
+            let road = roads.edge(leg.edge());
+            let driving = road.length / roads.speed(class, leg) + road.delay_secs;
             let total = so_far
                 + driving
                 + extra

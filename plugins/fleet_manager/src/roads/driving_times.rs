@@ -77,7 +77,8 @@ impl DrivingTimes {
             .collect();
         legs.sort_unstable();
         let arrivals = legs.into_iter().map(|(end, leg)| {
-            let secs = roads.edge(leg.edge()).length / roads.allowed_speed(leg);
+            let road = roads.edge(leg.edge());
+            let secs = road.length / roads.allowed_speed(leg) + road.delay_secs;
             let millis = (1000.0 * secs) as u32 + 1;
             (end, Arrival { start: roads.start(leg), millis, is_reverse: leg.is_reverse() })
         });

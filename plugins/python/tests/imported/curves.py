@@ -178,6 +178,8 @@ class Edge:
     """The angle of robots to the tangent."""
     heading: float | None = None
     """The heading of robots on the map, if they keep one."""
+    any_heading: bool = False
+    """Whether the file doesn't say which heading robots have."""
     reverse: bool = False
     """Whether it can be driven from its destination to its origin in reverse gear."""
 

@@ -15,12 +15,15 @@ import numpy as np
 from imported.curves import Edge, line
 
 SAME_PLACE = 1e-3
-"""Vertices of a lift that are nearer aren't joined, in metres."""
+"""Vertices of a lift that are nearer to the one below are moved, in metres."""
+SHIFT = 0.02
+"""How far they are moved to the east, in metres."""
 
 
 def edges(path: Path) -> list[Edge]:
     """Returns the lanes of all levels, and the edges of lifts."""
     levels = _yaml(path.read_text())["levels"]
+    _part([content["vertices"] for content in levels.values()])
     found = []
     for level, content in levels.items():
         points = [(float(x), float(y)) for x, y, _ in content["vertices"]]
@@ -38,10 +41,22 @@ def _lifts(levels: list[list[Any]]) -> list[Edge]:
         for lift in sorted({properties["lift"] for *_, properties in lower if properties.get("lift")}):
             ends = [[(x, y) for x, y, other in level if other.get("lift") == lift] for level in (lower, upper)]
             if len(ends[0]) == len(ends[1]) == 1:
-                curve = line(ends[0][0], ends[1][0])
-                if np.hypot(*(curve.point(-1) - curve.point(0))) >= SAME_PLACE:
-                    found += Edge(curve).there_and_back()
+                # A robot keeps the heading with which it has entered the cabin.
+                found += Edge(line(ends[0][0], ends[1][0]), any_heading=True).there_and_back()
     return found
+
+
+def _part(levels: list[list[Any]]) -> None:
+    """Moves the vertices of lifts that are at the same place as those of the level below."""
+    below: dict[str, Any] = {}
+    for level in levels:
+        for vertex in level:
+            lift = vertex[2].get("lift")
+            if not lift:
+                continue
+            if lift in below and np.hypot(vertex[0] - below[lift][0], vertex[1] - below[lift][1]) < SAME_PLACE:
+                vertex[:2] = [below[lift][0] + SHIFT, below[lift][1]]
+            below[lift] = vertex
 
 
 def _yaml(text: str) -> Any:

@@ -10,8 +10,8 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, Orientation, OtherNameRecord, RobotTypeRecord, Role,
-    WorldData, ZoneRecord,
+    CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, Orientation, OtherNameRecord,
+    RobotTypeRecord, Role, WorldData, ZoneRecord,
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
@@ -242,6 +242,12 @@ fn world() -> WorldData {
     let name = world.texts.add("block");
     world.add_zone(ZoneRecord { name, capacity: 2, ..ZoneRecord::default() }, [0], [0]);
     world.add_zone(ZoneRecord { rule: 1, ..ZoneRecord::default() }, [], [0]);
+    let name = world.texts.add("gate");
+    let line = [[1.0, -1.0], [1.0, 1.0]];
+    world.add_door(DoorRecord { name, opening_secs: 3.0, line, ..DoorRecord::default() }, [0, 1]);
+    let [name, level] = ["north", "L1"].map(|name| world.texts.add(name));
+    let lift = LiftRecord { name, capacity: 2, level_secs: 8.0, yaw: 0.5, ..LiftRecord::default() };
+    world.add_lift(lift, [(level, vec![0])], [1]);
     let name = world.texts.add("Storage 01");
     world.other_names.push(OtherNameRecord { name, node: 0 });
     world

@@ -46,9 +46,11 @@ pub(super) fn join(
     for (ends, _) in ends.iter_mut().zip(&kept.edges).filter(|(_, is_kept)| !**is_kept) {
         *ends = [None, None];
     }
-    for zone in &mut layout.zones {
-        zone.edges.retain(|&edge| kept.edges[edge]);
+    let of_zones = layout.zones.iter_mut().map(|zone| &mut zone.edges);
+    for edges in of_zones.chain(layout.doors.iter_mut().map(|door| &mut door.edges)) {
+        edges.retain(|&edge| kept.edges[edge]);
     }
+    layout.doors.retain(|door| !door.edges.is_empty());
     kept
 }
 
@@ -149,11 +151,13 @@ impl Joins {
     ) {
         let references = ends.iter_mut().flatten().chain(stations.iter_mut().flatten()).flatten();
         let of_zones = layout.zones.iter_mut().flat_map(|zone| &mut zone.nodes);
-        for node in references.chain(of_zones) {
+        let of_lifts = layout.lifts.iter_mut().flat_map(|lift| &mut lift.nodes);
+        for node in references.chain(of_zones).chain(of_lifts) {
             *node = self.0.get(node).copied().unwrap_or(*node);
         }
         stations.iter_mut().for_each(remove_repeated);
         layout.zones.iter_mut().for_each(|zone| remove_repeated(&mut zone.nodes));
+        layout.lifts.iter_mut().for_each(|lift| remove_repeated(&mut lift.nodes));
         let mut aliases: BTreeMap<usize, Vec<String>> = BTreeMap::new();
         for (&node, &target) in &self.0 {
             kept.nodes[node] = false;

@@ -44,13 +44,13 @@ pub(super) fn read_tree<'text>(
     for (index, (name, tree)) in trees.iter().enumerate() {
         let points = Points { tree, transforms: &transforms, index };
         let mut level = points.level(name, &mut Reader { report, ignored: &mut ignored });
-        features::add(&points, &mut level, report);
+        building.doors.extend(features::add(&points, &mut level, report));
         building.places.extend(points.places());
         building.levels.push(level);
     }
     unused::of_file(root, &mut ignored);
     unused::of_levels(&trees, &building.levels, &mut ignored);
-    features::add_lifts(root, &trees, &transforms, &mut building.levels, report);
+    features::add_lifts(root, &trees, &transforms, &mut building, report);
     warn_of_graphs(&building.levels, report);
     ignored.report(report);
     Ok(building.into_layout(options, report))

@@ -1,39 +1,100 @@
-//! Adds edges between the vertices in the cabin of a lift, which join the levels.
+//! The lifts of a building: edges between the vertices in a cabin, which join the levels.
 
 use std::collections::BTreeMap;
 
-use super::model::{Level, Vertex};
-use crate::check::validate::MIN_LENGTH;
-use crate::model::finding::Report;
-use crate::model::tags::Tags;
-use crate::model::value::shorten;
-use crate::read::layout::{Layout, LayoutEdge};
+use glam::DVec2;
 
-/// A vertex in the cabin of a lift.
-struct Stop<'a> {
-    level: &'a Level,
-    vertex: &'a Vertex,
-    id: &'a str,
+use super::model::{Lane, Level, Vertex};
+use crate::check::validate::MIN_LENGTH;
+use crate::model::facilities::Cabin;
+use crate::model::finding::Report;
+use crate::model::raw::RawDoorTimes;
+use crate::model::tags::{Orientation, Tags};
+use crate::model::value::shorten;
+use crate::read::layout::{Layout, LayoutEdge, LayoutLift};
+
+/// The distance in metres by which a vertex in a cabin is moved that is at the same place as that
+/// of the level below: an edge between them needs a length, of more than the few millimetres within
+/// which a robot counts as standing at a node.
+const SHIFT: f64 = 0.02;
+
+/// A lift as the file describes it.
+#[derive(Debug, Default)]
+pub(super) struct LiftPlan {
+    pub at: u32,
+    pub cabin: Option<Cabin>,
+    pub door_times: RawDoorTimes,
+    /// Seconds from a level to the next.
+    pub level_secs: Option<f64>,
+    /// The name of the level where it stands at the beginning.
+    pub home: Option<String>,
 }
 
+/// A vertex in the cabin of a lift: the indices of its level and of the vertex.
+#[derive(Clone, Copy)]
+struct Stop {
+    level: usize,
+    vertex: usize,
+}
+
+/// The levels of a building, and the ids of their vertices.
+type Levels = [(Level, Vec<String>)];
+
+/// The stops of lifts, by the lift and the graph. Each fleet has its own graph, and its own
+/// vertices in a cabin.
+type Stops = BTreeMap<(String, String), Vec<Stop>>;
+
 /// Adds edges in both directions between the stops of each lift on consecutive levels.
-pub(super) fn connect(
-    levels: &[(Level, Vec<String>)],
-    layout: &mut Layout,
-    report: &mut Report<'_>,
-) {
-    // Each fleet has its own graph, and its own vertices in a cabin.
-    let mut stops: BTreeMap<(&str, &str), Vec<Stop<'_>>> = BTreeMap::new();
-    for (level, ids) in levels {
-        for ((vertex, id), graph) in level.vertices.iter().zip(ids).zip(graphs(level)) {
-            if let (Some(lift), Some(graph)) = (vertex.lift(), graph) {
-                stops.entry((lift, graph)).or_default().push(Stop { level, vertex, id });
+pub(super) fn connect(levels: &mut Levels, layout: &mut Layout, report: &mut Report<'_>) {
+    for ((lift, _), stops) in stops(levels) {
+        part(&stops, levels);
+        connect_stops(&lift, &stops, levels, layout, report);
+    }
+}
+
+/// Adds the lifts that join levels, when the layout has all of its nodes and edges.
+pub(super) fn add(plans: &BTreeMap<String, LiftPlan>, layout: &mut Layout) {
+    let mut nodes: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (index, node) in layout.nodes.iter().enumerate() {
+        let tags = &node.tags.properties;
+        if let Some(lift) = tags.get("lift").or(tags.get("lift_cabin")) {
+            nodes.entry(lift).or_default().push(index);
+        }
+    }
+    let mut lifts = Vec::new();
+    for (name, nodes) in nodes {
+        let level = |node: &usize| &layout.nodes[*node].tags.level;
+        if name.is_empty() || nodes.iter().all(|node| level(node) == level(&nodes[0])) {
+            continue;
+        }
+        let none = LiftPlan { at: layout.nodes[nodes[0]].at, ..LiftPlan::default() };
+        let plan = plans.get(name).unwrap_or(&none);
+        let is_served =
+            |home: &&String| nodes.iter().any(|node| level(node).as_deref() == Some(home.as_str()));
+        lifts.push(LayoutLift {
+            at: plan.at,
+            name: name.to_owned(),
+            cabin: plan.cabin,
+            door_times: plan.door_times,
+            level_secs: plan.level_secs,
+            home: plan.home.as_ref().filter(is_served).cloned(),
+            nodes,
+        });
+    }
+    layout.lifts = lifts;
+}
+
+fn stops(levels: &Levels) -> Stops {
+    let mut stops = Stops::new();
+    for (index, (level, _)) in levels.iter().enumerate() {
+        for (vertex, graph) in graphs(level).into_iter().enumerate() {
+            if let (Some(lift), Some(graph)) = (level.vertices[vertex].lift(), graph) {
+                let stop = Stop { level: index, vertex };
+                stops.entry((lift.to_owned(), graph.to_owned())).or_default().push(stop);
             }
         }
     }
-    for ((lift, _), stops) in stops {
-        connect_stops(lift, &stops, layout, report);
-    }
+    stops
 }
 
 /// Returns the graph of each vertex, by one of its lanes; `None` for a vertex without lanes.
@@ -50,46 +111,85 @@ fn graphs(level: &Level) -> Vec<Option<&str>> {
     graphs
 }
 
-fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &mut Report<'_>) {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+/// Moves stops that are at the same place as the one on the level below.
+fn part(stops: &[Stop], levels: &mut Levels) {
+    for pair in stops.windows(2) {
+        let [below, above] = [pair[0], pair[1]].map(|stop| vertex(levels, stop).position);
+        let (Some(below), Some(above)) = (below, above) else { continue };
+        if pair[0].level != pair[1].level && below.distance(above) < MIN_LENGTH {
+            let moved = &mut levels[pair[1].level].0.vertices[pair[1].vertex];
+            moved.position = Some(below + DVec2::X * SHIFT);
+        }
+    }
+}
+
+fn connect_stops(
+    lift: &str,
+    stops: &[Stop],
+    levels: &Levels,
+    layout: &mut Layout,
+    report: &mut Report<'_>,
+) {
+    let mut counts = vec![0; levels.len()];
     for stop in stops {
-        *counts.entry(&stop.level.name).or_default() += 1;
+        counts[stop.level] += 1;
     }
     for pair in stops.windows(2) {
-        let [from, to] = pair else { continue };
-        if from.level.name == to.level.name {
+        let [from, to] = [pair[0], pair[1]];
+        if from.level == to.level {
             continue;
         }
-        let Some((start, end)) = from.vertex.position.zip(to.vertex.position) else { continue };
-        let distance = start.distance(end);
         // With several vertices in one cabin, the pairs are ambiguous.
-        let reason = if [from, to].iter().any(|stop| counts[stop.level.name.as_str()] > 1) {
+        let reason = if [from, to].iter().any(|stop| counts[stop.level] > 1) {
             "it has several vertices on a level"
-        } else if distance.is_nan() || distance < MIN_LENGTH {
-            "its vertices are at the same place"
+        } else if [from, to].iter().any(|stop| vertex(levels, *stop).position.is_none()) {
+            "its vertices have no positions"
         } else {
-            layout.edges.push(edge(lift, from, to));
-            layout.edges.push(edge(lift, to, from));
+            layout.edges.push(edge(lift, from, to, levels));
+            layout.edges.push(edge(lift, to, from, levels));
             continue;
         };
-        let [from_name, to_name] = [from, to].map(|stop| shorten(&stop.level.name));
+        let [from_name, to_name] = [from, to].map(|stop| shorten(&levels[stop.level].0.name));
         let message = format!(
             "lift `{}` doesn't join the levels {from_name} and {to_name}: {reason}",
             shorten(lift)
         );
-        report.file_warning(from.vertex.at, message);
+        report.file_warning(vertex(levels, from).at, message);
     }
 }
 
-fn edge(lift: &str, from: &Stop<'_>, to: &Stop<'_>) -> LayoutEdge {
+fn vertex(levels: &Levels, stop: Stop) -> &Vertex {
+    &levels[stop.level].0.vertices[stop.vertex]
+}
+
+/// Returns a ride. The robot keeps the heading with which it has entered the cabin.
+fn edge(lift: &str, from: Stop, to: Stop, levels: &Levels) -> LayoutEdge {
+    let [from_id, to_id] = [from, to].map(|stop| &levels[stop.level].1[stop.vertex]);
     let mut tags = Tags { zone: Some(format!("lift {lift}").into()), ..Tags::default() };
     tags.set("lift", lift);
+    let level = &levels[from.level].0;
+    let entry = level.lanes.iter().find(|lane| lane.ends[1] == from.vertex);
     LayoutEdge {
-        at: from.vertex.at,
-        id: format!("lift {lift}/{}/{}", from.id, to.id),
-        origin: from.id.to_owned(),
-        destination: to.id.to_owned(),
+        at: vertex(levels, from).at,
+        id: format!("lift {lift}/{from_id}/{to_id}"),
+        origin: from_id.clone(),
+        destination: to_id.clone(),
+        // The time of the cabin replaces it.
+        speed: Some(1.0),
+        orientation: entry.map_or(Orientation::Tangential, |lane| heading(lane, level)),
         tags,
         ..LayoutEdge::default()
+    }
+}
+
+/// Returns the heading at the end of a lane.
+fn heading(lane: &Lane, level: &Level) -> Orientation {
+    let [Some(from), Some(to)] = lane.ends.map(|end| level.vertices[end].position) else {
+        return Orientation::Tangential;
+    };
+    let along = if lane.is_backward() { from - to } else { to - from };
+    match along == DVec2::ZERO {
+        true => Orientation::Tangential,
+        false => Orientation::Fixed(along.to_angle()),
     }
 }

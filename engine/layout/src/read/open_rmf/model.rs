@@ -6,7 +6,9 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use super::{MAX_NAME, lifts, zones};
+use super::doors::DoorPlan;
+use super::lifts::LiftPlan;
+use super::{MAX_NAME, doors, lifts, zones};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role, Tags};
@@ -23,6 +25,10 @@ pub(super) struct Building {
     pub levels: Vec<Level>,
     /// The positions of dispensers and ingestors in metres, by name.
     pub places: BTreeMap<String, DVec2>,
+    /// By name.
+    pub doors: BTreeMap<String, DoorPlan>,
+    /// By name.
+    pub lifts: BTreeMap<String, LiftPlan>,
 }
 
 /// A level.
@@ -85,7 +91,7 @@ impl Building {
         let mut layout = Layout::default();
         let without_lanes = without_lanes(&kept);
         warn_of_levels(&kept, report);
-        lifts::connect(&kept, &mut layout, report);
+        lifts::connect(&mut kept, &mut layout, report);
         for (level, ids) in kept {
             level.add_to(&ids, &mut layout, report);
         }
@@ -93,6 +99,8 @@ impl Building {
             report.file_error(at, message);
         }
         layout.stations = self.stations(&layout.nodes);
+        doors::add(&self.doors, &mut layout);
+        lifts::add(&self.lifts, &mut layout);
         layout.zones = zones::zones(&layout);
         layout
     }
@@ -247,6 +255,11 @@ fn zone(properties: &BTreeMap<String, String>, other: Option<String>) -> Option<
 }
 
 impl Lane {
+    /// Whether robots drive it backwards.
+    pub fn is_backward(&self) -> bool {
+        self.properties.get("orientation_constraint").is_some_and(|value| value == "backward")
+    }
+
     fn into_edge(self, level: &str, ids: &[String], report: &mut Report<'_>) -> Option<LayoutEdge> {
         let [origin, destination] = self.ends.map(|end| ids.get(end));
         let reverse = if self.is_reverse { "/reverse" } else { "" };

@@ -56,9 +56,9 @@ fn every_sample_is_read_completely() {
     let cases = [
         ("battle_royale/0.yaml", 21, 40),
         ("campus/0.yaml", 145, 181),
-        ("hotel/0.yaml", 55, 104 + 6),
+        ("hotel/0.yaml", 55, 104 + 8),
         ("hotel/1.yaml", 20, 38),
-        ("hotel/2.yaml", 54, 102 + 6),
+        ("hotel/2.yaml", 54, 102 + 8),
         ("office/0.yaml", 29, 60),
         ("battle_royale.building.yaml", 21, 40),
         ("campus.building.yaml", 145, 181),
@@ -113,6 +113,27 @@ fn positions_names_and_roles_of_the_office() {
 }
 
 #[test]
+fn a_building_has_the_times_of_its_doors_and_lifts() {
+    let (graph, _) =
+        parse(&sample("hotel.building.yaml"), "h.yaml", &ReadOptions::default()).expect("a graph");
+    let [first, second] = graph.lifts() else { panic!("{:?}", graph.lifts()) };
+    assert_eq!((&*first.name, &*second.name), ("Lift1", "Lift2"));
+    let levels: Vec<_> = first.levels.iter().map(|level| &*level.name).collect();
+    assert_eq!(levels, ["L1", "L2", "L3"]);
+    assert!((first.level_secs - 6.0).abs() < 1e-9, "8 m at 2 m/s, with 1 m/s²");
+    assert!((first.door_times.opening_secs - 6.75).abs() < 1e-9, "a leaf of 0.85 m");
+    assert_eq!(first.cabin.map(|cabin| cabin.size), Some(DVec2::splat(2.7)));
+    let door = graph.doors().iter().find(|door| &*door.name == "L1_door1").expect("a door");
+    assert!((door.times.opening_secs - 6.472).abs() < 1e-3, "a quarter of a turn");
+    let crossed = door.edges.iter().map(|edge| door.place(&graph.edge(*edge).path));
+    assert!(
+        crossed
+            .zip(&door.edges)
+            .all(|(place, edge)| { place > 0.0 && place < graph.edge(*edge).path.length() })
+    );
+}
+
+#[test]
 fn lifts_join_the_levels_of_the_hotel() {
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), None);
     assert!(
@@ -121,15 +142,22 @@ fn lifts_join_the_levels_of_the_hotel() {
         messages(&findings)
     );
     let lifts: Vec<_> = layout.edges.iter().filter(|edge| edge.id.starts_with("lift ")).collect();
-    assert_eq!(lifts.len(), 6);
-    let same_place =
-        "lift `Lift2` doesn't join the levels L2 and L3: its vertices are at the same place";
-    assert!(messages(&findings).contains(same_place), "{}", messages(&findings));
+    assert_eq!(lifts.len(), 8, "also where the vertices are at the same place");
     assert_eq!((lifts[0].origin.as_str(), lifts[0].destination.as_str()), ("L1/9", "L2/15"));
     assert_eq!(lifts[0].tags.zone.as_deref(), Some("lift Lift1"));
     assert_eq!(node(&layout, "L1/9").tags.zone.as_deref(), Some("lift Lift1"));
     let cabin = layout.zones.iter().find(|zone| zone.name == "lift Lift1").expect("a zone");
     assert_eq!((cabin.rule, cabin.nodes.len(), cabin.edges.len()), (ZoneRule::EXCLUSIVE, 3, 4));
+    let served: Vec<_> =
+        layout.lifts.iter().map(|lift| (lift.name.as_str(), lift.nodes.len())).collect();
+    assert_eq!(served, [("Lift1", 3), ("Lift2", 3)]);
+    let doors: Vec<_> = layout.doors.iter().map(|door| door.name.as_str()).collect();
+    assert_eq!(
+        doors,
+        ["L1_door1", "L1_door2", "L2_door2", "L3_door2"],
+        "the others are drawn only"
+    );
+    assert!(layout.doors.iter().all(|door| door.line.is_some() && door.edges.len() == 2));
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), Some("L2"));
     assert_eq!((layout.nodes.len(), layout.edges.len()), (17, 32));
     assert!(!messages(&findings).contains("drawn over"));

@@ -7,7 +7,9 @@ use regatta_base::yaml::{self, Node};
 use super::sections::Part;
 use super::{Content, Scope};
 use crate::model::finding::Subject;
-use crate::model::keys::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, ZONE_KEYS, find};
+use crate::model::keys::{
+    DOOR_KEYS, EDGE_KEYS, Field, LIFT_KEYS, NODE_KEYS, STATION_KEYS, ZONE_KEYS, find,
+};
 use crate::model::value::{Value, shorten};
 use crate::model::values::Values;
 use crate::read::file::SyntaxError;
@@ -30,12 +32,14 @@ enum RootKey {
 }
 
 /// The names of the root keys, normalized as by [`find`].
-const ROOT_KEYS: [(&str, RootKey); 7] = [
+const ROOT_KEYS: [(&str, RootKey); 9] = [
     ("edges", RootKey::List(Scope::Edge)),
     ("vertices", RootKey::List(Scope::Node)),
     ("nodes", RootKey::List(Scope::Node)),
     ("stations", RootKey::List(Scope::Station)),
     ("zones", RootKey::List(Scope::Zone)),
+    ("doors", RootKey::List(Scope::Door)),
+    ("lifts", RootKey::List(Scope::Lift)),
     ("angleunit", RootKey::AngleUnit),
     ("handles", RootKey::Handles),
 ];
@@ -153,7 +157,7 @@ impl<'text> Reader<'text> {
         Vec::new()
     }
 
-    /// Reads an item of the list of nodes, edges, stations or zones.
+    /// Reads an item of a list of the root map.
     fn item(&mut self, scope: Scope, number: usize, item: Node<'text>) {
         let at = self.at(&item);
         let pairs = match item.content {
@@ -163,6 +167,8 @@ impl<'text> Reader<'text> {
                     Scope::Edge => ("edge", Subject::Edge(None)),
                     Scope::Station => ("station", Subject::File),
                     Scope::Zone => ("zone", Subject::File),
+                    Scope::Door => ("door", Subject::File),
+                    Scope::Lift => ("lift", Subject::File),
                     Scope::Node | Scope::File => ("node", Subject::Node(None)),
                 };
                 let found = Value::from(other);
@@ -186,16 +192,20 @@ impl<'text> Reader<'text> {
             Scope::Edge => graph.edges.push(values.edge(report)),
             Scope::Station => graph.stations.extend(values.station(report)),
             Scope::Zone => graph.zones.extend(values.zone(report)),
+            Scope::Door => graph.doors.extend(values.door(report)),
+            Scope::Lift => graph.lifts.extend(values.lift(report)),
             Scope::Node | Scope::File => graph.nodes.push(values.node(report)),
         }
     }
 
-    /// Reads a key of a node, an edge, a station or a zone.
+    /// Reads a key of an item.
     fn entry(&mut self, scope: Scope, values: &mut Values<'text>, key: Key, value: Node<'text>) {
         let keys: &[_] = match scope {
             Scope::Edge => &EDGE_KEYS,
             Scope::Station => &STATION_KEYS,
             Scope::Zone => &ZONE_KEYS,
+            Scope::Door => &DOOR_KEYS,
+            Scope::Lift => &LIFT_KEYS,
             Scope::Node | Scope::File => &NODE_KEYS,
         };
         let Some(field) = find(keys, &key.name) else {

@@ -208,3 +208,16 @@ proptest! {
         assert_equal(&far, &round_trip(&far));
     }
 }
+
+#[test]
+fn doors_and_lifts_are_read_as_they_were_written() {
+    let folder = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../../graphs/imported/open-rmf");
+    let options = ReadOptions::default();
+    let file = folder.join("hotel.building.yaml");
+    let text = std::fs::read_to_string(file).expect("the sample");
+    let (graph, _) = parse(&text, "hotel.yaml", &options).expect("a building");
+    let (again, _) = parse(&write(&graph).text, "hotel.yaml", &options).expect("our own format");
+    assert_eq!((again.doors(), again.lifts()), (graph.doors(), graph.lifts()));
+    assert!(!graph.doors().is_empty() && !graph.lifts().is_empty());
+    assert_eq!(again.zones(), graph.zones());
+}

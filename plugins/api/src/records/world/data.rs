@@ -2,7 +2,8 @@
 
 use super::view::{World, WorldLayout};
 use super::{
-    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, Texts, ZoneRecord,
+    CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord, NodeRecord, OtherNameRecord,
+    RobotTypeRecord, Texts, ZoneRecord,
 };
 
 /// The content of a world, for
@@ -42,6 +43,14 @@ pub struct WorldData {
     pub zone_members: Vec<u32>,
     /// Names of nodes besides their own.
     pub other_names: Vec<OtherNameRecord>,
+    /// The doors, which refer to members of facilities.
+    pub doors: Vec<DoorRecord>,
+    /// The lifts, which refer to their levels and to members of facilities.
+    pub lifts: Vec<LiftRecord>,
+    /// The levels of all lifts.
+    pub lift_levels: Vec<LiftLevelRecord>,
+    /// The indices of the edges of doors, and of the rides and nodes of lifts.
+    pub facility_members: Vec<u32>,
 }
 
 impl WorldData {
@@ -77,6 +86,38 @@ impl WorldData {
         });
     }
 
+    /// Appends a door with its edges, by their indices. Fills in `first_edge` and `edges`.
+    pub fn add_door(&mut self, door: DoorRecord, edges: impl IntoIterator<Item = u32>) {
+        let [first_edge, edges] = self.add_members(edges);
+        self.doors.push(DoorRecord { first_edge, edges, ..door });
+    }
+
+    /// Appends a lift with its levels from the lowest to the highest (the offset of the name, and
+    /// the indices of the nodes) and its rides, by the indices of the edges. Fills in the fields
+    /// that refer to them.
+    pub fn add_lift<Nodes: IntoIterator<Item = u32>>(
+        &mut self,
+        lift: LiftRecord,
+        levels: impl IntoIterator<Item = (u32, Nodes)>,
+        rides: impl IntoIterator<Item = u32>,
+    ) {
+        let first_level = self.lift_levels.len() as u32;
+        for (name, nodes) in levels {
+            let [first_node, nodes] = self.add_members(nodes);
+            self.lift_levels.push(LiftLevelRecord { name, first_node, nodes });
+        }
+        let [first_ride, rides] = self.add_members(rides);
+        let levels = self.lift_levels.len() as u32 - first_level;
+        self.lifts.push(LiftRecord { first_level, levels, first_ride, rides, ..lift });
+    }
+
+    /// Appends members of facilities; returns the index of the first and their number.
+    fn add_members(&mut self, members: impl IntoIterator<Item = u32>) -> [u32; 2] {
+        let first = self.facility_members.len() as u32;
+        self.facility_members.extend(members);
+        [first, self.facility_members.len() as u32 - first]
+    }
+
     /// Returns the world as its readers see it.
     pub fn view(&self, run_id: u64, revision: u64) -> World<'_> {
         World {
@@ -89,6 +130,10 @@ impl WorldData {
             zones: &self.zones,
             zone_members: &self.zone_members,
             other_names: &self.other_names,
+            doors: &self.doors,
+            lifts: &self.lifts,
+            lift_levels: &self.lift_levels,
+            facility_members: &self.facility_members,
         }
     }
 
@@ -102,6 +147,10 @@ impl WorldData {
             zones: self.zones.len(),
             zone_members: self.zone_members.len(),
             other_names: self.other_names.len(),
+            doors: self.doors.len(),
+            lifts: self.lifts.len(),
+            lift_levels: self.lift_levels.len(),
+            facility_members: self.facility_members.len(),
         }
     }
 }

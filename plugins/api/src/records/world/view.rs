@@ -4,13 +4,13 @@ use bytemuck::{NoUninit, Pod};
 
 use super::texts::text_at;
 use super::{
-    CurveRecord, EdgeRecord, NodeRecord, OtherNameRecord, RobotTypeRecord, WorldData, WorldHeader,
-    ZoneRecord,
+    CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord, NodeRecord, OtherNameRecord,
+    RobotTypeRecord, WorldData, WorldHeader, ZoneRecord,
 };
 use crate::records::frame::{BYTES_PER_LINE, Line};
 
 /// The number of a world's sections.
-const SECTIONS: usize = 8;
+const SECTIONS: usize = 12;
 
 /// The sections of a world in its block of lines: each starts on a whole line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +23,10 @@ pub(crate) struct WorldLayout {
     pub(crate) zones: usize,
     pub(crate) zone_members: usize,
     pub(crate) other_names: usize,
+    pub(crate) doors: usize,
+    pub(crate) lifts: usize,
+    pub(crate) lift_levels: usize,
+    pub(crate) facility_members: usize,
 }
 
 impl WorldLayout {
@@ -36,6 +40,10 @@ impl WorldLayout {
             zones: header.zones as usize,
             zone_members: header.zone_members as usize,
             other_names: header.other_names as usize,
+            doors: header.doors as usize,
+            lifts: header.lifts as usize,
+            lift_levels: header.lift_levels as usize,
+            facility_members: header.facility_members as usize,
         }
     }
 
@@ -52,6 +60,10 @@ impl WorldLayout {
             zones: self.zones as u32,
             zone_members: self.zone_members as u32,
             other_names: self.other_names as u32,
+            doors: self.doors as u32,
+            lifts: self.lifts as u32,
+            lift_levels: self.lift_levels as u32,
+            facility_members: self.facility_members as u32,
         }
     }
 
@@ -66,6 +78,10 @@ impl WorldLayout {
             self.zones * size_of::<ZoneRecord>(),
             self.zone_members * size_of::<u32>(),
             self.other_names * size_of::<OtherNameRecord>(),
+            self.doors * size_of::<DoorRecord>(),
+            self.lifts * size_of::<LiftRecord>(),
+            self.lift_levels * size_of::<LiftLevelRecord>(),
+            self.facility_members * size_of::<u32>(),
         ];
         bytes.map(|bytes| bytes.div_ceil(BYTES_PER_LINE))
     }
@@ -82,7 +98,9 @@ impl WorldLayout {
             rest = after;
             section
         });
-        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names] = sections;
+        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names, rest @ ..] =
+            sections;
+        let [doors, lifts, lift_levels, facility_members] = rest;
         copy(nodes, &world.nodes);
         copy(edges, &world.edges);
         copy(curves, &world.curves);
@@ -91,6 +109,10 @@ impl WorldLayout {
         copy(zones, &world.zones);
         copy(zone_members, &world.zone_members);
         copy(other_names, &world.other_names);
+        copy(doors, &world.doors);
+        copy(lifts, &world.lifts);
+        copy(lift_levels, &world.lift_levels);
+        copy(facility_members, &world.facility_members);
     }
 }
 
@@ -111,6 +133,10 @@ pub struct World<'sample> {
     pub(super) zones: &'sample [ZoneRecord],
     pub(super) zone_members: &'sample [u32],
     pub(super) other_names: &'sample [OtherNameRecord],
+    pub(super) doors: &'sample [DoorRecord],
+    pub(super) lifts: &'sample [LiftRecord],
+    pub(super) lift_levels: &'sample [LiftLevelRecord],
+    pub(super) facility_members: &'sample [u32],
 }
 
 impl<'sample> World<'sample> {
@@ -118,16 +144,14 @@ impl<'sample> World<'sample> {
     /// header implies.
     pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
         let layout = WorldLayout::of(header);
-        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names] =
-            layout.section_lines();
-        let (nodes, rest) = lines.split_at_checked(nodes)?;
-        let (edges, rest) = rest.split_at_checked(edges)?;
-        let (curves, rest) = rest.split_at_checked(curves)?;
-        let (robot_types, rest) = rest.split_at_checked(robot_types)?;
-        let (texts, rest) = rest.split_at_checked(texts)?;
-        let (zones, rest) = rest.split_at_checked(zones)?;
-        let (zone_members, rest) = rest.split_at_checked(zone_members)?;
-        let (other_names, _) = rest.split_at_checked(other_names)?;
+        let mut rest = lines;
+        let mut sections = [&[][..]; SECTIONS];
+        for (section, count) in sections.iter_mut().zip(layout.section_lines()) {
+            (*section, rest) = rest.split_at_checked(count)?;
+        }
+        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names, rest @ ..] =
+            sections;
+        let [doors, lifts, lift_levels, facility_members] = rest;
         Some(Self {
             header: *header,
             nodes: records(nodes, layout.nodes),
@@ -138,6 +162,10 @@ impl<'sample> World<'sample> {
             zones: records(zones, layout.zones),
             zone_members: records(zone_members, layout.zone_members),
             other_names: records(other_names, layout.other_names),
+            doors: records(doors, layout.doors),
+            lifts: records(lifts, layout.lifts),
+            lift_levels: records(lift_levels, layout.lift_levels),
+            facility_members: records(facility_members, layout.facility_members),
         })
     }
 
@@ -199,19 +227,45 @@ impl<'sample> World<'sample> {
     /// The nodes of a zone of this world, by their indices; empty if the record refers to members
     /// that the world doesn't have.
     pub fn zone_nodes(&self, zone: &ZoneRecord) -> &'sample [u32] {
-        self.members(zone.first_member, zone.nodes)
+        slice(self.zone_members, zone.first_member, zone.nodes)
     }
 
     /// The edges of a zone of this world, by their indices; empty if the record refers to members
     /// that the world doesn't have.
     pub fn zone_edges(&self, zone: &ZoneRecord) -> &'sample [u32] {
         let first = zone.first_member.checked_add(zone.nodes);
-        first.map(|first| self.members(first, zone.edges)).unwrap_or_default()
+        first.map(|first| slice(self.zone_members, first, zone.edges)).unwrap_or_default()
     }
 
-    fn members(&self, first: u32, count: u32) -> &'sample [u32] {
-        let end = (first as usize).checked_add(count as usize);
-        end.and_then(|end| self.zone_members.get(first as usize..end)).unwrap_or_default()
+    /// The doors.
+    pub fn doors(&self) -> &'sample [DoorRecord] {
+        self.doors
+    }
+
+    /// The lifts.
+    pub fn lifts(&self) -> &'sample [LiftRecord] {
+        self.lifts
+    }
+
+    /// The edges of a door of this world, by their indices; empty if the record refers to members
+    /// that the world doesn't have. So it is with the levels, nodes and rides of lifts.
+    pub fn door_edges(&self, door: &DoorRecord) -> &'sample [u32] {
+        slice(self.facility_members, door.first_edge, door.edges)
+    }
+
+    /// The levels of a lift, from the lowest to the highest.
+    pub fn lift_levels(&self, lift: &LiftRecord) -> &'sample [LiftLevelRecord] {
+        slice(self.lift_levels, lift.first_level, lift.levels)
+    }
+
+    /// The nodes in the cabin of a lift at a level, by their indices.
+    pub fn level_nodes(&self, level: &LiftLevelRecord) -> &'sample [u32] {
+        slice(self.facility_members, level.first_node, level.nodes)
+    }
+
+    /// The edges of a lift from level to level, by their indices.
+    pub fn lift_rides(&self, lift: &LiftRecord) -> &'sample [u32] {
+        slice(self.facility_members, lift.first_ride, lift.rides)
     }
 
     /// The text that a record refers to by its offset: the name, level or zone of a node or an
@@ -219,6 +273,12 @@ impl<'sample> World<'sample> {
     pub fn text(&self, offset: u32) -> &'sample str {
         text_at(self.texts, offset)
     }
+}
+
+/// Returns some records of a list; none if it doesn't have all of them.
+fn slice<T>(list: &[T], first: u32, count: u32) -> &[T] {
+    let end = (first as usize).checked_add(count as usize);
+    end.and_then(|end| list.get(first as usize..end)).unwrap_or_default()
 }
 
 /// Returns the first `count` records of a section, which has the lines for them.
@@ -291,6 +351,29 @@ mod tests {
         assert_eq!((world.zone_nodes(lane), world.zone_edges(lane)), (&[][..], &[0, 1][..]));
         let wrong = ZoneRecord { first_member: 4, nodes: 2, ..ZoneRecord::default() };
         assert!(world.zone_nodes(&wrong).is_empty() && world.zone_edges(&wrong).is_empty());
+    }
+
+    #[test]
+    fn doors_and_lifts_have_their_members() {
+        let mut data = world();
+        let [door, lift] = ["gate", "north"].map(|name| data.texts.add(name));
+        let levels = ["L1", "L2"].map(|name| data.texts.add(name));
+        data.add_door(DoorRecord { name: door, ..DoorRecord::default() }, [1, 2]);
+        let record = LiftRecord { name: lift, capacity: 2, ..LiftRecord::default() };
+        data.add_lift(record, [(levels[0], vec![0, 1]), (levels[1], vec![4])], [0]);
+        let layout = data.layout();
+        let mut lines = vec![Line::default(); layout.lines()];
+        layout.write(&mut lines, &data);
+        let world = World::split(&layout.header([0.0; 2], 7, 1), &lines).expect("enough lines");
+        let ([door], [lift]) = (world.doors(), world.lifts()) else { panic!("one of each") };
+        assert_eq!((world.text(door.name), world.door_edges(door)), ("gate", &[1, 2][..]));
+        assert_eq!((world.text(lift.name), world.lift_rides(lift)), ("north", &[0][..]));
+        let levels: Vec<_> = world.lift_levels(lift).iter().collect();
+        let nodes = levels.iter().map(|level| world.level_nodes(level));
+        assert_eq!(nodes.collect::<Vec<_>>(), [&[0, 1][..], &[4][..]]);
+        assert_eq!(world.text(levels[1].name), "L2");
+        let wrong = DoorRecord { first_edge: 9, edges: 9, ..DoorRecord::default() };
+        assert!(world.door_edges(&wrong).is_empty());
     }
 
     #[test]

@@ -99,7 +99,8 @@ fn traffic(roads: &Roads, core: &[bool]) -> Vec<u32> {
 }
 
 fn leg_millis(roads: &Roads, leg: Leg) -> u32 {
-    (1000.0 * roads.edge(leg.edge()).length / roads.allowed_speed(leg)) as u32 + 1
+    let road = roads.edge(leg.edge());
+    (1000.0 * (road.length / roads.allowed_speed(leg) + road.delay_secs)) as u32 + 1
 }
 
 /// The search for rest places.

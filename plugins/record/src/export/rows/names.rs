@@ -3,7 +3,7 @@
 use super::Value;
 
 /// The names of events, by number.
-pub(super) const EVENTS: [&str; 17] = [
+pub(super) const EVENTS: [&str; 20] = [
     "unknown",
     "reached_node",
     "route_done",
@@ -21,10 +21,13 @@ pub(super) const EVENTS: [&str; 17] = [
     "repaired",
     "edge_closed",
     "edge_opened",
+    "door_opened",
+    "door_closed",
+    "lift_arrived",
 ];
 
 /// The names of the reasons of refusals, by number.
-pub(super) const REFUSALS: [&str; 15] = [
+pub(super) const REFUSALS: [&str; 19] = [
     "none",
     "unknown_robot",
     "unknown_edge",
@@ -40,10 +43,14 @@ pub(super) const REFUSALS: [&str; 15] = [
     "not_ahead",
     "edge_is_closed",
     "not_owner",
+    "no_door",
+    "no_lift",
+    "lift_in_use",
+    "no_cabin",
 ];
 
 /// The names of commands, by number.
-pub(super) const COMMANDS: [&str; 14] = [
+pub(super) const COMMANDS: [&str; 18] = [
     "leg",
     "assign",
     "extend",
@@ -58,6 +65,10 @@ pub(super) const COMMANDS: [&str; 14] = [
     "repair",
     "close_edge",
     "open_edge",
+    "request_door",
+    "release_door",
+    "call_lift",
+    "release_lift",
 ];
 
 /// The names of the order log's records, by number.

@@ -1,12 +1,18 @@
 //! Walls, floors, doors and lifts of a building map.
 
+use std::collections::BTreeMap;
+
 use glam::DVec2;
 
-use super::super::model::Level;
+use super::super::doors::{self, DoorPlan};
+use super::super::lifts::LiftPlan;
+use super::super::model::{Building, Level};
 use super::super::tree::Tree;
-use super::super::{MAX_NAME, plain, point, rectangle};
+use super::super::{MAX_NAME, plain, point};
 use super::{Points, Transforms};
+use crate::model::facilities::Cabin;
 use crate::model::finding::Report;
+use crate::model::raw::RawDoorTimes;
 use crate::model::value::shorten;
 
 /// The largest number of comparisons of lanes with doors, or of vertices with lifts.
@@ -18,8 +24,16 @@ const MAX_SHAFTS: usize = 1_000_000;
 /// The distance in metres between the cabin of a lift and its shaft, as in Open-RMF.
 const SHAFT_GAP: f64 = 0.05;
 
-/// Adds the walls and floors of a level, and the doors that its lanes pass.
-pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
+/// The number of a lift's double sliding doors in the file.
+const DOUBLE_SLIDING: f64 = 2.0;
+
+/// Adds the walls and floors of a level, and sets the doors that its lanes pass. Returns the doors
+/// by name.
+pub(super) fn add(
+    points: &Points<'_, '_>,
+    level: &mut Level,
+    report: &mut Report<'_>,
+) -> BTreeMap<String, DoorPlan> {
     let tree = points.tree;
     let walls = tree.items_of("walls").iter().chain(tree.items_of("doors"));
     let floors = tree.items_of("floors");
@@ -40,6 +54,35 @@ pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Repor
     level.lines =
         lines.into_iter().filter(|line| line.iter().all(|point| point.is_finite())).collect();
     add_doors(points, level, report);
+    let doors = tree.items_of("doors").iter();
+    doors.filter_map(|door| door_plan(door, level)).collect()
+}
+
+/// Returns a door with its place in metres, and with the times that Open-RMF simulates.
+fn door_plan(tree: &Tree<'_>, level: &Level) -> Option<(String, DoorPlan)> {
+    let [start, end, map, ..] = tree.items() else { return None };
+    let name = map.get("name").and_then(plain).filter(|name| !name.is_empty())?;
+    let [from, to] = [level.vertices.get(start.index()?)?, level.vertices.get(end.index()?)?];
+    let line = [from.position?, to.position?];
+    let times = door_times(map, line[0].distance(line[1]));
+    (name.len() <= MAX_NAME).then_some((name, DoorPlan { at: tree.at, line, times }))
+}
+
+/// Returns the times of a door by its type and its width in metres.
+fn door_times(map: &Tree<'_>, width: f64) -> RawDoorTimes {
+    let kind = map.get("type").and_then(plain).unwrap_or_default();
+    let degrees = map.get("motion_degrees").and_then(plain).and_then(|text| text.parse().ok());
+    let leaf = if kind.starts_with("double") { width / 2.0 } else { width };
+    match kind.as_str() {
+        "sliding" | "double_sliding" | "telescope" | "double_telescope" => {
+            doors::times(doors::SLIDING_DOOR, leaf)
+        }
+        "hinged" | "double_hinged" => {
+            let angle: f64 = degrees.unwrap_or(90.0);
+            doors::times(doors::HINGED_DOOR, angle.to_radians().abs())
+        }
+        _ => RawDoorTimes::default(),
+    }
 }
 
 /// Returns the line through vertices that are given by their indices.
@@ -120,9 +163,10 @@ pub(super) fn add_lifts(
     root: &Tree<'_>,
     trees: &[(&str, &Tree<'_>)],
     transforms: &Transforms,
-    levels: &mut [Level],
+    building: &mut Building,
     report: &mut Report<'_>,
 ) {
+    let levels = &mut building.levels;
     let lifts = root.entries_of("lifts");
     let reference = named_level(root, "reference_level_name", trees).unwrap_or(0);
     let vertices: usize = levels.iter().map(|level| level.vertices.len()).sum();
@@ -153,11 +197,37 @@ pub(super) fn add_lifts(
             warn_of_long_name(lift, "lift", name, report);
             continue;
         }
+        let mut served = Vec::new();
         for (index, level) in levels.iter_mut().enumerate() {
             if range.contains(&elevation(index, trees)) {
                 shaft.add_to(level, name);
+                served.push(elevation(index, trees));
             }
         }
+        building.lifts.insert(name.clone(), lift_plan(lift, &shaft, served));
+    }
+}
+
+/// Returns a lift that serves levels at some elevations, in metres, with the times that Open-RMF
+/// simulates.
+fn lift_plan(lift: &Tree<'_>, shaft: &Shaft, mut served: Vec<f64>) -> LiftPlan {
+    served.sort_by(f64::total_cmp);
+    let height = match served.as_slice() {
+        [lowest, .., highest] => (highest - lowest) / (served.len() - 1) as f64,
+        _ => 0.0,
+    };
+    let door = lift.entries_of("doors").first().map(|(_, door)| door);
+    let width = door.and_then(|door| door.number_of("width"));
+    let is_double = door.and_then(|door| door.number_of("door_type")) == Some(DOUBLE_SLIDING);
+    let leaf = width.map(|width| if is_double { width / 2.0 } else { width });
+    let secs = doors::CABIN.secs(height);
+    LiftPlan {
+        at: lift.at,
+        cabin: Some(shaft.cabin()),
+        door_times: leaf.map(|leaf| doors::times(doors::SLIDING_DOOR, leaf)).unwrap_or_default(),
+        // Without elevations the time is unknown.
+        level_secs: Some(secs).filter(|secs| *secs > 0.0 && secs.is_finite()),
+        home: lift.text_of("initial_floor_name"),
     }
 }
 
@@ -196,8 +266,11 @@ impl Shaft {
                 vertex.properties.entry("lift".to_owned()).or_insert_with(|| name.to_owned());
             }
         }
-        let cabin = self.size - 2.0 * SHAFT_GAP;
-        level.lines.push(rectangle(self.centre, cabin, self.yaw));
+        level.lines.push(self.cabin().outline().into());
+    }
+
+    fn cabin(&self) -> Cabin {
+        Cabin { centre: self.centre, size: self.size - 2.0 * SHAFT_GAP, yaw: self.yaw }
     }
 }
 

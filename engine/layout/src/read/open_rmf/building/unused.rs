@@ -25,7 +25,7 @@ const LEVEL_KEYS: [&str; 9] = [
 ];
 
 /// Keys of a lift that are used.
-const LIFT_KEYS: [&str; 9] = [
+const LIFT_KEYS: [&str; 11] = [
     "x",
     "y",
     "yaw",
@@ -35,6 +35,8 @@ const LIFT_KEYS: [&str; 9] = [
     "highest_floor",
     "level_doors",
     "reference_floor_name",
+    "initial_floor_name",
+    "doors",
 ];
 
 /// Keys of vertices that name dispensers and ingestors.
@@ -70,12 +72,14 @@ fn of_level(tree: &Tree<'_>, ignored: &mut Ignored) {
     if let Some(elevation) = tree.get("elevation").filter(|elevation| !elevation.is_empty()) {
         ignored.add(elevation.at, "key `elevation` of a level, except to find the levels of lifts");
     }
-    let tuples = [("walls", "a wall", None), ("doors", "a door", Some("name"))];
-    for (key, owner, known) in
-        tuples.into_iter().chain([("measurements", "a measurement", Some("distance"))])
-    {
+    let tuples: [(&str, &str, &[&str]); 3] = [
+        ("walls", "a wall", &[]),
+        ("doors", "a door", &["name", "type", "motion_degrees"]),
+        ("measurements", "a measurement", &["distance"]),
+    ];
+    for (key, owner, known) in tuples {
         for map in tree.items_of(key).iter().filter_map(|tuple| tuple.items().get(2)) {
-            ignore_unknown(map, known.as_slice(), owner, ignored);
+            ignore_unknown(map, known, owner, ignored);
         }
     }
     for floor in tree.items_of("floors") {

@@ -1,0 +1,52 @@
+//! Doors and lifts on a map: a bar across the edges of a door, and the outline of a cabin.
+
+use glam::DVec2;
+use regatta_base::graph::NodeIndex;
+use regatta_base::svg::Svg;
+
+use super::Map;
+
+/// The colour of doors and cabins, and of their names.
+pub(super) const FACILITY: &str = "#9c5a1a";
+
+/// Half the side in pixels of the outline of a cabin whose size isn't known.
+const UNKNOWN_CABIN: f64 = 9.0;
+
+impl Map<'_> {
+    pub(super) fn write_facilities(&self, svg: &mut Svg) {
+        for door in self.graph.doors() {
+            let [start, end] = door.drawn_line(self.graph).map(|point| self.pixel(point));
+            svg.line(start, end).stroke(FACILITY, 3.0);
+        }
+        for lift in self.graph.lifts() {
+            let outline = match lift.cabin {
+                Some(cabin) => cabin.outline().map(|corner| self.pixel(corner)),
+                None => square(self.cabin_centre(lift.levels[0].nodes[0])),
+            };
+            let path = svg.element("path").fill(FACILITY).stroke(FACILITY, 2.0);
+            path.set("fill-opacity", 0.15).polylines([outline]);
+        }
+    }
+
+    /// Returns the places of the names of doors and lifts, with the names.
+    pub(super) fn facility_names(&self) -> impl Iterator<Item = (DVec2, &str)> {
+        let doors = self.graph.doors().iter().map(|door| {
+            let [start, end] = door.drawn_line(self.graph);
+            (self.pixel((start + end) / 2.0), &*door.name)
+        });
+        let lifts = self.graph.lifts().iter().map(|lift| {
+            let node = self.cabin_centre(lift.levels[0].nodes[0]);
+            (lift.cabin.map_or(node, |cabin| self.pixel(cabin.centre)), &*lift.name)
+        });
+        doors.chain(lifts)
+    }
+
+    fn cabin_centre(&self, node: NodeIndex) -> DVec2 {
+        self.pixel(self.graph.node(node).position)
+    }
+}
+
+fn square(centre: DVec2) -> [DVec2; 5] {
+    let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)];
+    corners.map(|(x, y)| centre + DVec2::new(x, y) * UNKNOWN_CABIN)
+}

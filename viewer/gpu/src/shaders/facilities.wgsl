@@ -1,0 +1,41 @@
+// Doors and the cabins of lifts: bars on the ground in the colours of their states.
+
+// Linear colours by `BarColour` in facilities.rs: closed, in motion, open, away.
+const COLOURS = array(vec3f(0.686, 0.0168, 0.0284), vec3f(0.9, 0.5, 0.02), vec3f(0.03, 0.45, 0.12), vec3f(0.2, 0.22, 0.25));
+// The width of a bar in metres near the camera; its least and its greatest width in pixels.
+const METRES = 0.14;
+const PIXELS = vec2f(2.5, 9.0);
+
+struct Bar {
+    @builtin(position) clip: vec4f,
+    // Distance from the middle line and half the width, in pixels.
+    @location(0) @interpolate(linear) across: f32,
+    @location(1) @interpolate(flat) half_width: f32,
+    @location(2) @interpolate(flat) colour: u32,
+}
+
+@vertex
+fn bar(@location(0) ends: vec4f, @location(1) colour: u32, @builtin(vertex_index) corner: u32) -> Bar {
+    let is_end = corner >= 2u;
+    let local = vec3f(select(ends.xy, ends.zw, is_end) - view.origin.xy, 0.0);
+    let from_clip = clip_from(vec3f(ends.xy - view.origin.xy, 0.0));
+    let to_clip = clip_from(vec3f(ends.zw - view.origin.xy, 0.0));
+    // An end behind the camera has no place in the picture.
+    if min(from_clip.w, to_clip.w) < 0.05 {
+        return Bar(vec4f(2.0, 2.0, 2.0, 1.0), 0.0, 0.0, 0u);
+    }
+    let along = (to_clip.xy / to_clip.w - from_clip.xy / from_clip.w) * view.viewport.xy;
+    let direction = normalize(along + vec2f(1e-9, 0.0));
+    let half_width = clamp(METRES / metres_per_pixel(local), PIXELS.x, PIXELS.y) * 0.5;
+    let across = select(-1.0, 1.0, (corner & 1u) == 1u) * (half_width + 0.5);
+    let offset = vec2f(-direction.y, direction.x) * across * 2.0 * view.viewport.zw;
+    let clip = select(from_clip, to_clip, is_end);
+    return Bar(cropped(vec4f(clip.xy + offset * clip.w, clip.zw)), across, half_width, colour);
+}
+
+@fragment
+fn bar_fill(in: Bar) -> @location(0) vec4f {
+    let cover = clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0);
+    var colours = COLOURS;
+    return vec4f(colours[min(in.colour, 3u)], cover);
+}
