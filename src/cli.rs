@@ -95,8 +95,8 @@ pub enum Command {
         #[command(subcommand)]
         command: Option<command::RobotsCommand>,
     },
-    /// Send a command to a robot of a running fleet, close an edge, or request a door or a lift, and
-    /// wait for the answer.
+    /// Send a command to a robot of a running fleet, close an edge, or request a door or a lift,
+    /// and wait for the answer.
     #[command(name = "command")]
     Send {
         #[command(subcommand)]

@@ -50,7 +50,7 @@ pub struct RouteCursor {
 pub enum BaseEnd {
     /// The route ends.
     Done,
-    /// The released base ends, but the route goes on; or it leads along a closed edge, or one that is
+    /// The released base ends, but the route goes on; or it leads along an edge that is closed or
     /// barred.
     Unreleased,
     /// No edge leaves this node.

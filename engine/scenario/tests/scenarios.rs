@@ -457,7 +457,7 @@ lifts: {north: {level_secs: 20, opening_secs: 1, capacity: 2, home: high}}",
         ("doors: {gate: {closing_secs: -2}}", "closing_secs is -2; give 0 to 3600"),
         ("lifts: {north: {level_secs: 0}}", "level_secs is 0; give more than 0"),
         ("lifts: {north: {home: hihg}}", "home is 'hihg', which it doesn't serve; did you mean"),
-        ("lifts: {north: {speed: 1}}", "unknown field `speed`"),
+        ("lifts: {north: {speed: 1}}", "unknown key 'speed'; possible keys: level_secs"),
     ] {
         let error = read(text).map(drop).expect_err(text).to_string();
         assert!(error.contains(message), "{error}");

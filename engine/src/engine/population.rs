@@ -25,8 +25,8 @@ impl Simulation {
     /// there are `wanted`.
     ///
     /// # Errors
-    /// [`EngineError::NoRoom`] if no place is left for a robot that stands, [`EngineError::NoCabin`]
-    /// if one would begin in a shaft; those before it are there then.
+    /// [`EngineError::NoRoom`] if no place is left for a robot that stands,
+    /// [`EngineError::NoCabin`] if one would begin in a shaft; those before it are there then.
     pub(super) fn place_robots(&mut self, wanted: u32) -> Result<(), EngineError> {
         let mut standing = None;
         self.fleet.reserve(wanted as usize);

@@ -1,5 +1,5 @@
-//! Doors and lifts: they move by their own times, take requests, and keep robots before closed doors
-//! and out of shafts without a cabin.
+//! Doors and lifts: they move by their own times, take requests, and keep robots before closed
+//! doors and out of shafts without a cabin.
 //!
 //! Edges behind a closed door, and those into and out of a cabin that isn't there, are barred: the
 //! released base of a robot ends before them, whatever its route. So safety depends on no manager.

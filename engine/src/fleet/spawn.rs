@@ -42,7 +42,8 @@ impl Fleet {
     /// `UnknownRobotType`, `UnknownNode`, `UnknownEdge`; `DistanceOutOfRange` for a place that is
     /// not on the edge; `MalformedRoute` for a listed route without legs; `NoReverse`,
     /// `NotConnected` for one that can't be driven from there, or a loop that doesn't close;
-    /// `EdgeClosed` in a closed door, `NoCabin` in a shaft without its cabin; `FleetFull`. The fleet is then unchanged.
+    /// `EdgeClosed` in a closed door, `NoCabin` in a shaft without its cabin; `FleetFull`. The
+    /// fleet is then unchanged.
     pub fn spawn(
         &mut self,
         placement: Placement,

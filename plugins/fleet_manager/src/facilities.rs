@@ -1,8 +1,8 @@
 //! Requests of doors and lifts: ahead of the robots that need them.
 //!
-//! A robot that waits before a door or for a cabin requests it by itself, in the engine. The manager
-//! does so earlier, so that it needn't wait. A cabin is called for one robot at a time: for one that
-//! holds the lift by its claim or, if there is none, for the one that comes first.
+//! A robot that waits before a door or for a cabin requests it by itself, in the engine. The
+//! manager does so earlier, so that it needn't wait. A cabin is called for one robot at a time: for
+//! one that holds the lift by its claim or, if there is none, for the one that comes first.
 
 use std::collections::BTreeMap;
 
@@ -81,8 +81,8 @@ struct Call {
 struct Need {
     robot: u32,
     node: u32,
-    /// Whether it doesn't hold the lift yet, and the seconds until it comes to it. The lowest counts
-    /// first.
+    /// Whether it doesn't hold the lift yet, and the seconds until it comes to it. The lowest
+    /// counts first.
     order: (bool, f32),
 }
 
@@ -126,8 +126,8 @@ impl Facilities {
         }
     }
 
-    /// Returns the commands of a cycle at a simulated time in seconds: requests that are new, or are
-    /// to be renewed, and the ends of those that aren't needed any more.
+    /// Returns the commands of a cycle at a simulated time in seconds: requests that are new, or
+    /// are to be renewed, and the ends of those that aren't needed any more.
     pub fn request(&mut self, steering: &Steering, now: f64) -> &[FacilityCommand] {
         self.commands.clear();
         if self.doors.is_empty() && self.parts.is_empty() {

@@ -154,8 +154,8 @@ impl RouteGraph {
         Self { zones, ..self }
     }
 
-    /// Sets the doors and the lifts, whose nodes and edges must exist. Each lift gets the zone of its
-    /// robots, in place of one with the same name, and its rides get the speeds of the cabin.
+    /// Sets the doors and the lifts, whose nodes and edges must exist. Each lift gets the zone of
+    /// its robots, in place of one with the same name, and its rides get the speeds of the cabin.
     pub fn with_facilities(mut self, doors: Vec<Door>, lifts: Vec<Lift>) -> Self {
         for lift in &lifts {
             let zone = lift.zone(&self.edges);

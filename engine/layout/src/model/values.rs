@@ -64,8 +64,8 @@ impl<'text> Values<'text> {
         Converter::new(self, report, Subject::File).door()
     }
 
-    /// Converts the values to a lift and reports errors; `None` if it has no name. Angles are in the
-    /// unit of the file.
+    /// Converts the values to a lift and reports errors; `None` if it has no name. Angles are in
+    /// the unit of the file.
     pub fn lift(self, report: &mut Report<'_>) -> Option<RawLift> {
         Converter::new(self, report, Subject::File).lift()
     }

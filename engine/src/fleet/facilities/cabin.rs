@@ -1,8 +1,8 @@
 //! The cabin of a lift, with its doors.
 //!
-//! A cabin stands at a level, or moves to a neighbouring one while its doors are closed. It leaves a
-//! level only when every robot in it rides along: a robot that stays or leaves there keeps it. The
-//! edge of a ride is open while the cabin moves along it, and takes as long as the cabin.
+//! A cabin stands at a level, or moves to a neighbouring one while its doors are closed. It leaves
+//! a level only when every robot in it rides along: a robot that stays or leaves there keeps it.
+//! The edge of a ride is open while the cabin moves along it, and takes as long as the cabin.
 
 use regatta_layout::{EdgeIndex, NodeIndex, RouteGraph};
 use regatta_plugin::event::EventKind;
@@ -221,8 +221,8 @@ impl Cabin {
         }
     }
 
-    /// Departs when the cabin is called to another level; opens the doors for robots that don't ride
-    /// there.
+    /// Departs when the cabin is called to another level; opens the doors for robots that don't
+    /// ride there.
     fn stand_closed(&mut self, tick: u64, scene: &Scene<'_>) {
         match self.next_level() {
             Some(next) if scene.all_go_on(&self.stops[self.level], self.rides_to(next)) => {

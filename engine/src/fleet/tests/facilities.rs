@@ -257,10 +257,11 @@ proptest! {
             run.spawn(Placement::Node(node), RouteSource::Random).expect("a place");
         }
         for (deed, robot, ticks) in deeds {
+            let (stop, door) = ([11, 21][robot as usize % 2], [7, 20][robot as usize % 2]);
             let robot = robot % walkers;
             match deed {
-                0 => drop(run.command(CommandKind::CallLift, NO_ROBOT, [11, 21][robot as usize % 2])),
-                1 => drop(run.command(CommandKind::RequestDoor, NO_ROBOT, [7, 20][robot as usize % 2])),
+                0 => drop(run.command(CommandKind::CallLift, NO_ROBOT, stop)),
+                1 => drop(run.command(CommandKind::RequestDoor, NO_ROBOT, door)),
                 2 => drop(run.command(CommandKind::Break, robot, 0)),
                 3 => drop(run.command(CommandKind::Repair, robot, 0)),
                 4 => drop(run.command(CommandKind::ReleaseLift, robot, 11)),

@@ -292,8 +292,8 @@ impl ProducerPorts {
     }
 
     /// Connects readers that have joined since, and gives them the newest frame, world, columns,
-    /// closures and facilities. To be called every tick, and every now and then while the clock is paused. Cheap
-    /// if no reader has joined.
+    /// closures and facilities. To be called every tick, and every now and then while the clock is
+    /// paused. Cheap if no reader has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
         self.command_log.update();

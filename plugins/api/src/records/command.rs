@@ -29,13 +29,13 @@ pub struct CommandRecord {
     /// A [`CommandKind`].
     pub kind: u32,
     /// The robot, by id; [`NO_ROBOT`](super::order::NO_ROBOT) for `CloseEdge` and `OpenEdge`, no
-    /// meaning for spawns and `Leg`. Requests of doors and lifts: the robot for which they are made;
-    /// `NO_ROBOT` for those of an operator.
+    /// meaning for spawns and `Leg`. Requests of doors and lifts: the robot for which they are
+    /// made; `NO_ROBOT` for those of an operator.
     pub robot: u32,
     /// `Assign`, `Extend`: the number of `Leg` records that follow this one.
     pub legs: u32,
-    /// `Leg`, `Release`, `SpawnOnEdge`, `CloseEdge`, `OpenEdge`, `RequestDoor`, `ReleaseDoor`: id of
-    /// the edge in the route graph. `SpawnAtNode`, `CallLift`, `ReleaseLift`: id of the node.
+    /// `Leg`, `Release`, `SpawnOnEdge`, `CloseEdge`, `OpenEdge`, `RequestDoor`, `ReleaseDoor`: id
+    /// of the edge in the route graph. `SpawnAtNode`, `CallLift`, `ReleaseLift`: id of the node.
     pub id: u32,
     /// `Leg`, `Release`: 1 to drive the edge from destination to origin in reverse gear, else 0.
     pub reverse: u32,
@@ -98,13 +98,13 @@ numbered! {
         /// Open the doors across an edge for a robot, and keep them open for
         /// [`REQUEST_SECS`]. Who needs them for longer sends the command again.
         RequestDoor = 14,
-        /// End a robot's request of the doors across an edge: they close when no other request keeps
-        /// them open and no robot is in them.
+        /// End a robot's request of the doors across an edge: they close when no other request
+        /// keeps them open and no robot is in them.
         ReleaseDoor = 15,
-        /// Call a lift, for a robot, to the level of a node in its cabin. The cabin comes, opens its
-        /// doors and stays for [`REQUEST_SECS`] at least. It leaves a level only when each robot in
-        /// it rides along. Who needs it for longer sends the command again. While it is requested
-        /// for one robot, calls for others are refused.
+        /// Call a lift, for a robot, to the level of a node in its cabin. The cabin comes, opens
+        /// its doors and stays for [`REQUEST_SECS`] at least. It leaves a level only when each
+        /// robot in it rides along. Who needs it for longer sends the command again. While it is
+        /// requested for one robot, calls for others are refused.
         CallLift = 16,
         /// End a robot's call of the lift with that node.
         ReleaseLift = 17,
