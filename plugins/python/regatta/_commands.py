@@ -186,7 +186,9 @@ class Commands(Open):
         return self._request(CommandKind.RELEASE_LIFT, node, robot)
 
     def _request(self, kind: CommandKind, identity: Number, robot: Number) -> int:
-        return self._push(kind, robot=number(robot, "robot"), id=number(identity, "id"))
+        token = self._fleet._tokens.next()
+        self._records += CommandRecord(token=token, kind=kind, robot=number(robot, "robot"), id=number(identity, "id"))
+        return token
 
     @overload
     def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...

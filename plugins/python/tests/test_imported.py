@@ -171,7 +171,7 @@ def test_curves_of_lif_have_weights_and_knots(engine: Engine, tmp_path: Path, na
 def test_roads_of_a_map_keep_their_distance_from_walls(engine: Engine, tmp_path: Path) -> None:
     """A map has no edges: instead of curves, its picture says where robots may be."""
     path, width = FILES / "ros-map/turtlebot3_world.yaml", 0.3
-    forwards, backwards = ids_of(path, {"skeleton": str(width)})
+    forwards, backwards = ids_of(in_our_format(path, {"skeleton": str(width)}))
     assert len(forwards) > 40 and not backwards
     robots = "".join(f"\n- {{route: [{route}], repeat: once}}" for route in forwards)
     scenario = tmp_path / "scenario.yaml"
