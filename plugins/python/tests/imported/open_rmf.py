@@ -14,7 +14,7 @@ import numpy as np
 
 from imported.curves import Edge, line
 
-SAME_PLACE = 1e-3
+SAME_PLACE = 0.01
 """Vertices of a lift that are nearer to the one below are moved, in metres."""
 SHIFT = 0.02
 """How far they are moved to the east, in metres."""

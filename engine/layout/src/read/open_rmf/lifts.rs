@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use super::model::{Lane, Level, Vertex};
-use crate::check::validate::MIN_LENGTH;
 use crate::model::facilities::Cabin;
 use crate::model::finding::Report;
 use crate::model::raw::RawDoorTimes;
@@ -17,6 +16,8 @@ use crate::read::layout::{Layout, LayoutEdge, LayoutLift};
 /// of the level below: an edge between them needs a length, of more than the few millimetres within
 /// which a robot counts as standing at a node.
 const SHIFT: f64 = 0.02;
+/// The distance in metres below which vertices in a cabin count as at the same place.
+const SAME_PLACE: f64 = 0.01;
 
 /// A lift as the file describes it.
 #[derive(Debug, Default)]
@@ -116,7 +117,7 @@ fn part(stops: &[Stop], levels: &mut Levels) {
     for pair in stops.windows(2) {
         let [below, above] = [pair[0], pair[1]].map(|stop| vertex(levels, stop).position);
         let (Some(below), Some(above)) = (below, above) else { continue };
-        if pair[0].level != pair[1].level && below.distance(above) < MIN_LENGTH {
+        if pair[0].level != pair[1].level && below.distance(above) < SAME_PLACE {
             let moved = &mut levels[pair[1].level].0.vertices[pair[1].vertex];
             moved.position = Some(below + DVec2::X * SHIFT);
         }
