@@ -209,7 +209,7 @@ fn lift_record(graph: &RouteGraph, lift: &Lift, texts: &mut Texts) -> LiftRecord
     let cabin = lift.cabin.unwrap_or(Cabin { centre, size: DVec2::ZERO, yaw: 0.0 });
     LiftRecord {
         name: texts.add(&lift.name),
-        capacity: lift.capacity.get(),
+        capacity: lift.places().get(),
         level_secs: lift.level_secs as f32,
         opening_secs: lift.door_times.opening_secs as f32,
         closing_secs: lift.door_times.closing_secs as f32,

@@ -150,6 +150,14 @@ impl Lift {
         format!("lift {}", self.name)
     }
 
+    /// The number of robots that it carries at a time: its capacity, as far as there is a node for
+    /// each of them on every level.
+    pub fn places(&self) -> NonZeroU32 {
+        let nodes = self.levels.iter().map(|level| level.nodes.len()).min().unwrap_or(1);
+        let nodes = u32::try_from(nodes).ok().and_then(NonZeroU32::new);
+        self.capacity.min(nodes.unwrap_or(NonZeroU32::MIN))
+    }
+
     /// Returns the zone of its robots: its nodes, and all edges from them and to them. A robot in a
     /// doorway keeps the cabin, too.
     pub(crate) fn zone(&self, edges: &[Edge]) -> Zone {
@@ -162,7 +170,7 @@ impl Lift {
             edges.filter(|(_, edge)| is_inside(&edge.origin) || is_inside(&edge.destination));
         Zone {
             name: self.zone_name().into(),
-            rule: ZoneRule::Capacity(self.capacity),
+            rule: ZoneRule::Capacity(self.places()),
             edges: edges.map(|(index, _)| index).collect(),
             nodes,
         }
@@ -184,6 +192,30 @@ mod tests {
     use regatta_base::bezier::CubicBezier;
 
     use super::*;
+
+    #[test]
+    fn a_lift_carries_as_many_robots_as_it_has_nodes_on_each_level() {
+        let level = |nodes: &[u32]| LiftLevel {
+            name: "level".into(),
+            nodes: nodes.iter().map(|node| NodeIndex(*node)).collect(),
+        };
+        let places = |levels: Vec<LiftLevel>| {
+            let lift = Lift {
+                name: "lift".into(),
+                levels,
+                rides: Vec::new(),
+                cabin: None,
+                door_times: DoorTimes::default(),
+                level_secs: 6.0,
+                capacity: NonZeroU32::new(3).expect("not zero"),
+                home: 0,
+            };
+            lift.places().get()
+        };
+        assert_eq!(places(vec![level(&[1]), level(&[2])]), 1);
+        assert_eq!(places(vec![level(&[1, 2]), level(&[3, 4, 5])]), 2);
+        assert_eq!(places(vec![level(&[1, 2, 3, 4]), level(&[5, 6, 7, 8])]), 3);
+    }
 
     #[test]
     fn a_door_stands_where_its_line_crosses_the_edge() {

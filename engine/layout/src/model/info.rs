@@ -179,7 +179,7 @@ impl LiftInfo {
             level_secs: lift.level_secs,
             opening_secs: lift.door_times.opening_secs,
             closing_secs: lift.door_times.closing_secs,
-            capacity: lift.capacity.get(),
+            capacity: lift.places().get(),
         }
     }
 }
