@@ -44,6 +44,7 @@ pub fn validate(args: &ValidateArgs) -> Result<(), Failure> {
     play(&args.file, |published| match published {
         Published::World(world) => judge.take_world(&world),
         Published::Types(types) => judge.take_types(types),
+        Published::Activities(activities) => judge.take_activities(activities),
         Published::Events(header, events) => judge.take_events(&header, events, false),
         Published::Orders(header, missed, orders) => judge.take_orders(&header, missed, orders),
         Published::Frame(frame) => judge.take_frame(&frame),

@@ -1,11 +1,13 @@
 //! `regatta orders check`: the rows of a file of orders that can't be used, its rates and its
 //! flows.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
+use regatta_layout::traffic::{CutOff, MainPart};
+use regatta_layout::{NodeIndex, RouteGraph};
 use regatta_orders::{Places, Table, TimedDraft, check_orders, read_table};
 use regatta_scenario::{Overrides, Scenario};
 use serde_json::{Value, json};
@@ -30,7 +32,9 @@ pub fn run(
 ) -> Result<ExitCode, Failure> {
     let overrides = Overrides { layout: layout.options(), ..Overrides::default() };
     let graph = Scenario::read(plant, &overrides)?.graph;
-    let check = Check::new(read_table(file)?, &places(&graph));
+    let (table, places) = (read_table(file)?, places(&graph));
+    let cut_off = cut_off(&graph, &places, &table.orders);
+    let check = Check::new(table, &places, &cut_off);
     if as_json {
         println!("{:#}", check.json());
     } else {
@@ -53,13 +57,14 @@ struct Check {
 }
 
 impl Check {
-    fn new(table: Table, places: &Places) -> Self {
+    fn new(table: Table, places: &Places, cut_off: &BTreeMap<NodeIndex, CutOff>) -> Self {
         let problems = table.problems.iter().map(|error| (error.line, error.reason.clone()));
         let mut problems: Vec<(usize, String)> = problems.collect();
         let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
         let mut times = Vec::new();
         for order in &table.orders {
             problems.extend(problems_of(order, places));
+            problems.extend(stops_without_way(order, places, cut_off));
             *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
             *flows.entry(ends(order)).or_default() += 1;
             times.push(order.secs);
@@ -198,6 +203,40 @@ fn unknown_stations(order: &TimedDraft, places: &Places) -> Vec<(usize, String)>
         }
     }
     unknown
+}
+
+/// Returns the nodes that robots can't drive to from the main part of the roads and back: that with
+/// the most stops of the orders, as in a study.
+fn cut_off(
+    graph: &RouteGraph,
+    places: &Places,
+    orders: &[TimedDraft],
+) -> BTreeMap<NodeIndex, CutOff> {
+    let stops = orders.iter().flat_map(|order| &order.draft.destinations);
+    let nodes = stops.filter_map(|stop| places.find(&stop.location_name.to_string()));
+    let wanted: BTreeSet<NodeIndex> = nodes.map(NodeIndex).collect();
+    let wanted: Vec<NodeIndex> = wanted.into_iter().collect();
+    MainPart::around(graph, &wanted).map(|main| main.cut_off).unwrap_or_default()
+}
+
+/// Returns the stops of an order that robots can't drive to and back, with the line of the order.
+fn stops_without_way(
+    order: &TimedDraft,
+    places: &Places,
+    cut_off: &BTreeMap<NodeIndex, CutOff>,
+) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for (stop, number) in order.draft.destinations.iter().zip(1..) {
+        let name = stop.location_name.to_string();
+        let Ok(node) = places.find_one(&name) else { continue };
+        if let Some(cut_off) = cut_off.get(&NodeIndex(node)) {
+            let way = cut_off.missing_way();
+            let reason =
+                format!("stop {number}: robots can't serve `{name}`, as {way}; connect it");
+            found.push((order.line, reason));
+        }
+    }
+    found
 }
 
 /// The first and the last station of an order.

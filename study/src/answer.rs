@@ -2,6 +2,7 @@
 
 mod comparison;
 mod least;
+mod no_room;
 mod time;
 
 use std::collections::BTreeMap;
@@ -12,13 +13,14 @@ use crate::bottleneck::Bottleneck;
 use crate::certificate::certificate;
 use crate::job::Ending;
 use crate::outcome::{EdgeOutcome, Example, RunEnd, Stall};
-use crate::plan::{Plan, Precision, Target, Variant};
+use crate::plan::{FleetType, Plan, Precision, Target, Variant};
 use crate::statistics::Interval;
 use crate::sweep::{Curve, Known, Point};
 use crate::workers::RunFailure;
 
 pub use comparison::{Comparison, Difference};
 pub use least::{Binding, LeastAnswer, TargetAnswer};
+pub use no_room::NoRoom;
 pub use time::{GroupTime, PartAnswer, TimeAnswer};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
@@ -80,8 +82,8 @@ pub struct VariantAnswer {
     pub is_load_endless: bool,
     /// The reason why orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
-    /// The length and the width of the robots, in metres: those of the largest type.
-    pub robot_size: [f64; 2],
+    /// The robot types in use, with their numbers at the answer.
+    pub robot_types: Vec<FleetType>,
     /// Edges of the layout.
     pub edges: usize,
     /// Nodes of the layout.
@@ -94,8 +96,8 @@ pub struct VariantAnswer {
     pub least: Option<LeastAnswer>,
     /// Numbers of robots of which a run failed, with the reasons.
     pub failed: Vec<(u32, String)>,
-    /// Numbers of robots that don't fit on the layout, with the reasons.
-    pub no_room: Vec<(u32, String)>,
+    /// Numbers of robots that don't fit on the layout.
+    pub no_room: Vec<NoRoom>,
     /// Contacts in all runs; 0 unless the manager is wrong.
     pub contacts: u64,
     /// Orders that waited for a long time, in all runs.
@@ -239,6 +241,7 @@ impl Answer {
         {
             let mut answer = VariantAnswer::new(variant, targets, curve, known);
             answer.least = LeastAnswer::new(targets, curve, place.clone());
+            answer.robot_types = variant.types_of(answer.robots());
             variants.push(answer);
         }
         let mut comparisons = Vec::new();
@@ -274,9 +277,9 @@ impl Answer {
 impl VariantAnswer {
     /// Returns the failure of the runs if none of them has succeeded.
     pub fn failure(&self) -> Option<&str> {
-        let mut reasons = self.failed.iter().chain(&self.no_room);
-        let reason = reasons.next().map(|(_, reason)| reason.as_str());
-        reason.filter(|_| self.points.is_empty())
+        let mut no_room = self.no_room.iter().map(|no_room| &no_room.reason);
+        let failed = self.failed.first().map(|(_, reason)| reason);
+        failed.or_else(|| no_room.next()).map(String::as_str).filter(|_| self.points.is_empty())
     }
 
     /// Returns the number of robots that the answer is about, if there is one.
@@ -292,13 +295,11 @@ impl VariantAnswer {
     }
 
     fn new(variant: &Variant, targets: &[Target], curve: &Curve, known: &Known) -> Self {
-        let (mut failed, mut no_room) = (BTreeMap::new(), BTreeMap::new());
+        let mut failed = BTreeMap::new();
         for ((robots, _), run) in known {
-            match run {
-                Err(RunFailure::Failed(reason)) => failed.entry(*robots).or_insert(reason),
-                Err(RunFailure::NoRoom(reason)) => no_room.entry(*robots).or_insert(reason),
-                Ok(_) => continue,
-            };
+            if let Err(RunFailure::Failed(reason)) = run {
+                failed.entry(*robots).or_insert(reason);
+            }
         }
         let points: Vec<PointAnswer> =
             curve.points.iter().map(|point| PointAnswer::new(targets, point)).collect();
@@ -317,7 +318,6 @@ impl VariantAnswer {
                     .map(|point| point.robots),
             })
         });
-        let robot = variant.robot();
         Self {
             name: variant.name.clone(),
             load: variant.load_in_words(),
@@ -325,7 +325,7 @@ impl VariantAnswer {
             is_load_made_up: variant.is_load_made_up(),
             is_load_endless: variant.is_load_endless(),
             other_stops: variant.other_stops.clone(),
-            robot_size: [robot.length(), robot.width()],
+            robot_types: Vec::new(),
             edges: variant.graph.edges().len(),
             nodes: variant.graph.nodes().len(),
             contacts: points.iter().map(|point| point.contacts).sum(),
@@ -335,7 +335,7 @@ impl VariantAnswer {
             knee,
             least: None,
             failed: failed.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
-            no_room: no_room.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
+            no_room: NoRoom::of(known),
         }
     }
 }
@@ -348,8 +348,8 @@ impl PointAnswer {
 
     fn new(targets: &[Target], point: &Point) -> Self {
         let overdue = point.runs.iter().filter(|run| run.end == RunEnd::Overdue);
-        let runs = (1..).zip(&point.runs).map(|(seed, run)| RunAnswer {
-            seed,
+        let runs = point.seeds.iter().zip(&point.runs).map(|(seed, run)| RunAnswer {
+            seed: *seed,
             digest: run.digest.clone(),
             orders_per_hour: run.orders_per_hour,
             finished_orders: run.finished_orders,

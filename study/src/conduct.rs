@@ -98,7 +98,7 @@ impl<'a> Conductor<'a> {
         let (mut found, mut edges, mut time) = (Vec::new(), Vec::new(), TimeAnswer::default());
         if let Some(chosen) = first.chosen() {
             let point = &first.points[chosen];
-            let (robots, seeds) = (point.robots, point.runs.len() as u64);
+            let (robots, seeds) = (point.robots, &*point.seeds);
             if plan.question == Question::Knee {
                 // The other variants need the runs of the first one at its knee, to be compared
                 // with it.
@@ -123,8 +123,8 @@ impl<'a> Conductor<'a> {
 
     /// Returns the jobs of the runs of a point.
     fn ids(&self, experiment: &Experiment<'_>, point: &Point) -> Vec<JobId> {
-        let seeds = 1..=point.runs.len() as u64;
-        seeds.map(|seed| self.job(experiment, (point.robots, seed)).id()).collect()
+        let seeds = point.seeds.iter();
+        seeds.map(|seed| self.job(experiment, (point.robots, *seed)).id()).collect()
     }
 
     /// Returns the place that robots wait for the most in the runs that miss a target, unless they
@@ -182,7 +182,7 @@ impl<'a> Conductor<'a> {
         base: &Experiment<'_>,
         found: &mut [Bottleneck],
         robots: u32,
-        seeds: u64,
+        seeds: &[u64],
     ) -> Result<(), StudyError> {
         let mut tried = Vec::new();
         let mut variants = Vec::new();
@@ -315,11 +315,11 @@ fn command(id: &JobId) -> String {
     format!("regatta study-run jobs/{id}.json")
 }
 
-/// Returns the runs of some experiments with a number of robots, with the seeds from 1 on.
-fn runs(experiments: Range<usize>, robots: u32, seeds: u64) -> Vec<Wanted> {
+/// Returns the runs of some experiments with a number of robots and some seeds.
+fn runs(experiments: Range<usize>, robots: u32, seeds: &[u64]) -> Vec<Wanted> {
     let mut runs = Vec::new();
     for experiment in experiments {
-        runs.extend((1..=seeds).map(|seed| Wanted { experiment, run: (robots, seed) }));
+        runs.extend(seeds.iter().map(|&seed| Wanted { experiment, run: (robots, seed) }));
     }
     runs
 }

@@ -18,8 +18,9 @@ pub use scenario::{
 };
 pub use setting::{Axis, ParseAxisError, Setting};
 pub use target::{ParseTargetError, Side, Statistic, Target, TargetFigure};
-pub use variant::{FLEET_MANAGER, RunTime, Variant};
+pub use variant::{FLEET_MANAGER, FleetType, RunTime, Variant};
 
+use regatta_layout::traffic::CutOff;
 use regatta_layout::{ChangeError, GraphError};
 use regatta_scenario::ScenarioError;
 
@@ -119,9 +120,9 @@ pub enum PlanError {
         /// The reason.
         error: Box<PlanError>,
     },
-    /// All nodes that a part of the load names are cut off from the other roads.
+    /// Robots can't drive to any node that a part of the load names, and back.
     #[error(
-        "{file}: load, {part}: all of its nodes are cut off from the other roads: connect them; \
+        "{file}: load, {part}: robots can't drive to any of its nodes and back: connect them; \
          `regatta graph check --traffic` shows more",
         file = file.display()
     )]
@@ -131,17 +132,20 @@ pub enum PlanError {
         /// The part of the load.
         part: String,
     },
-    /// A stop of a day's orders is cut off from the other roads.
+    /// Robots can't drive to a stop of a day's orders, or not back.
     #[error(
-        "{day}: the station {stop} is cut off from the other roads of {file}: connect it, or take \
-         its orders out; `regatta graph check --traffic` shows more",
-        file = file.display()
+        "{day}: robots can't serve the station {stop} of {file}, as {missing_way}: connect it, or \
+         take its orders out; `regatta graph check --traffic` shows more",
+        file = file.display(),
+        missing_way = cut_off.missing_way()
     )]
     CutOffStop {
         /// The file of orders.
         day: String,
         /// The station.
         stop: String,
+        /// The way that is missing.
+        cut_off: CutOff,
         /// The layout or the scenario.
         file: PathBuf,
     },

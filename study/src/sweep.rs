@@ -65,7 +65,9 @@ pub struct Curve {
 pub struct Point {
     /// The number of robots.
     pub robots: u32,
-    /// The runs, by seed from 1 on.
+    /// The seeds of the runs that succeeded, in ascending order.
+    pub seeds: Vec<u64>,
+    /// The runs with these seeds.
     pub runs: Vec<Measured>,
 }
 
@@ -143,10 +145,13 @@ fn missing(wanted: &BTreeMap<u32, u64>, known: &Known) -> Vec<Run> {
 fn points(wanted: &BTreeMap<u32, u64>, known: &Known) -> Curve {
     let mut curve = Curve::default();
     for (&robots, &seeds) in wanted {
-        let mut runs = Vec::new();
+        let mut point = Point { robots, seeds: Vec::new(), runs: Vec::new() };
         for seed in 1..=seeds {
             match known.get(&(robots, seed)) {
-                Some(Ok(measured)) => runs.push(measured.clone()),
+                Some(Ok(measured)) => {
+                    point.seeds.push(seed);
+                    point.runs.push(measured.clone());
+                }
                 Some(Err(reason))
                     if curve.failed.last().is_none_or(|(last, _)| *last != robots) =>
                 {
@@ -155,8 +160,8 @@ fn points(wanted: &BTreeMap<u32, u64>, known: &Known) -> Curve {
                 _ => {}
             }
         }
-        if !runs.is_empty() {
-            curve.points.push(Point { robots, runs });
+        if !point.runs.is_empty() {
+            curve.points.push(point);
         }
     }
     curve

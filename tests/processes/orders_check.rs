@@ -90,3 +90,26 @@ fn json_has_all_of_it() {
     assert_eq!(json["flows"][0], serde_json::json!({"from": "1", "to": "3", "orders": 2}));
     assert_eq!(json["columns"]["Quelle"], "from");
 }
+
+/// Stations that a study refuses, and whose orders a run counts as unroutable.
+#[test]
+fn a_stop_that_lacks_a_way_is_a_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [day, plant] = ["day.csv", "plant.csv"].map(|name| folder.path().join(name));
+    let rows = "id,x,y,name\nA,0,0,In\nB,9,0,Out\nC,9,9,Trap\nI,50,0,Island\nJ,60,0,\n\n\
+                from,to\nA,B\nB,A\nB,C\nI,J\nJ,I\n";
+    fs::write(&plant, rows).expect("written");
+    fs::write(&day, "name,time,stops\na,0,In Out\nb,1,A Trap\nc,2,Island B\n").expect("written");
+    let mut command = regatta();
+    command.args(["orders", "check"]).arg(day).arg("--plant").arg(plant);
+    let output = command.output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    for expected in [
+        "line 3: stop 2: robots can't serve `Trap`, as no way leads back from it; connect it",
+        "line 4: stop 1: robots can't serve `Island`, as no way leads to it or back from it",
+        "orders        3, problems 2",
+    ] {
+        assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
+    }
+}

@@ -63,10 +63,14 @@ impl<'graph> Names<'graph> {
                     index.entry(name.to_owned()).or_default().push(node);
                 }
             }
+            let mut others = Index::new();
             for (node, content) in (0..).map(NodeIndex).zip(self.graph.nodes()) {
-                for alias in content.tags.iter().flat_map(|tags| tags.aliases()) {
-                    index.entry(alias).or_insert_with(|| vec![node]);
+                for name in content.other_names() {
+                    others.entry(name).or_default().push(node);
                 }
+            }
+            for (name, nodes) in others {
+                index.entry(name).or_insert(nodes);
             }
             index
         })

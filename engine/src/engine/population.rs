@@ -231,8 +231,8 @@ fn add_other_names(graph: &RouteGraph, world: &mut WorldData) {
         }
     }
     for (node, index) in graph.nodes().iter().zip(0..) {
-        for alias in node.tags.iter().flat_map(|tags| tags.aliases()) {
-            add(&alias, index);
+        for name in node.other_names() {
+            add(&name, index);
         }
     }
 }

@@ -23,6 +23,8 @@ pub enum Published<'a> {
     World(World<'a>),
     /// The column `type`.
     Types(&'a [f32]),
+    /// The column `activity`.
+    Activities(&'a [f32]),
     /// The events of a tick.
     Events(EventHeader, &'a [EventRecord]),
     /// The order log's records of a tick, and the number of samples that the recorder missed before
@@ -40,7 +42,7 @@ pub enum Published<'a> {
 pub fn play(path: &Path, mut take: impl FnMut(Published<'_>)) -> Result<(), ReadingError> {
     let recording = Recording::open_frames(path)?;
     let mut topics = vec![Topic::World, Topic::Events, Topic::Orders, Topic::Frames];
-    topics.extend(Topic::types());
+    topics.extend(Topic::types().into_iter().chain(Topic::activities()));
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let mut player = Player::default();
     let mut frames: Vec<Vec<u8>> = Vec::new();
@@ -80,7 +82,13 @@ impl Player {
                     take(Published::World(world.data.view(world.run_id, 1)));
                 }
             }
-            Topic::Column(_) => take(Published::Types(&RecordedColumn::parse(message)?.values())),
+            Topic::Column(_) => {
+                let values = RecordedColumn::parse(message)?.values();
+                take(match Topic::activities().as_ref() == Some(topic) {
+                    true => Published::Activities(&values),
+                    false => Published::Types(&values),
+                });
+            }
             Topic::Events => {
                 let (header, events) = decode::events(message)?;
                 take(Published::Events(header, &events));

@@ -1,7 +1,7 @@
 //! The topics of a recording and the schemas of their messages.
 
 use regatta_plugin::ColumnName;
-use regatta_plugin::column::TYPE;
+use regatta_plugin::column::{ACTIVITY, TYPE};
 
 /// The messages of `proto/regatta.proto`.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
@@ -74,6 +74,11 @@ impl Topic {
     /// Returns the topic of the column that producers themselves publish: each robot's type.
     pub(crate) fn types() -> Option<Self> {
         TYPE.name().parse().ok().map(Self::Column)
+    }
+
+    /// Returns the topic of the column of activities.
+    pub(crate) fn activities() -> Option<Self> {
+        ACTIVITY.name().parse().ok().map(Self::Column)
     }
 
     /// Returns the name, or the start of the name of a column's topic, and the full name of the

@@ -4,6 +4,8 @@
 use std::collections::VecDeque;
 
 use glam::Vec2;
+use regatta_plugin::activity::Activity;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
@@ -87,6 +89,8 @@ pub struct Judge {
     settings: Settings,
     world: WorldModel,
     types: Vec<u16>,
+    /// The last sample of the column `activity`; empty before the first one.
+    activities: Vec<f32>,
     tracks: Vec<Track>,
     contacts: Contacts,
     zones: Zones,
@@ -114,6 +118,7 @@ impl Judge {
             settings,
             world: WorldModel::new(&World::default()),
             types: Vec::new(),
+            activities: Vec::new(),
             tracks: Vec::new(),
             contacts: Contacts::default(),
             zones: Zones::default(),
@@ -145,6 +150,12 @@ impl Judge {
     pub fn take_types(&mut self, types: &[f32]) {
         self.types.clear();
         self.types.extend(types.iter().map(|number| *number as u16));
+    }
+
+    /// Takes the column `activity`, by which robots that charge are known.
+    pub fn take_activities(&mut self, activities: &[f32]) {
+        self.activities.clear();
+        self.activities.extend_from_slice(activities);
     }
 
     /// Takes the events of a tick. Only events of robots that join, leave or have a flat battery
@@ -375,7 +386,7 @@ impl Judge {
         self.progress.judge(self.now, limits, &self.world, &mut self.findings);
     }
 
-    /// Finds unserved orders, and robots that are idle while orders wait.
+    /// Finds unserved orders, and robots that are idle while orders wait. One that charges isn't.
     fn judge_waiting(&mut self, frame: &Frame<'_>) {
         let (now, limit) = (self.now, self.settings.idle_after_secs);
         self.orders.judge_waiting(now, self.settings.unserved_after_secs, &mut self.findings);
@@ -384,6 +395,8 @@ impl Judge {
             let Some(row) = track.before else { continue };
             let is_free =
                 row.speed == 0.0 && matches!(row.state, RobotState::Idle | RobotState::Waiting);
+            let activity = self.activities.get(robot).and_then(|value| ACTIVITY.element(*value));
+            let is_free = is_free && activity != Some(Activity::Charging);
             if !is_free || !are_waiting || self.orders.has_order(robot as u32) {
                 (track.idle_since, track.reported_idle) = (f64::INFINITY, false);
                 continue;

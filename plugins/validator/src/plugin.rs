@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use regatta_plugin::column::TYPE;
+use regatta_plugin::column::{ACTIVITY, TYPE};
 use regatta_plugin::{
     ColumnReader, Events, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result,
     World, visible,
@@ -60,9 +60,16 @@ pub fn plugin(cli: Cli) -> impl Plugin {
 pub struct Validator {
     settings: Settings,
     judge: Judge,
-    ports: Option<(ColumnReader, OrderReader)>,
+    ports: Option<Ports>,
     run_id: u64,
     robot_types: usize,
+}
+
+/// The ports beside frames and events.
+struct Ports {
+    types: ColumnReader,
+    activities: ColumnReader,
+    orders: OrderReader,
 }
 
 impl Validator {
@@ -79,7 +86,7 @@ impl Validator {
     /// Gives the judge the robots' types. At the start of a run they may arrive shortly after the
     /// first frame.
     fn take_types(&mut self, frame: &Frame<'_>) -> Result {
-        let Some((types, _)) = &mut self.ports else { return Ok(()) };
+        let Some(Ports { types, .. }) = &mut self.ports else { return Ok(()) };
         if std::mem::replace(&mut self.run_id, frame.run_id()) != frame.run_id()
             && self.robot_types > 1
         {
@@ -100,8 +107,16 @@ impl Validator {
         Ok(())
     }
 
+    fn take_activities(&mut self) -> Result {
+        let Some(Ports { activities, .. }) = &mut self.ports else { return Ok(()) };
+        if let Some(sample) = activities.latest()? {
+            self.judge.take_activities(sample.values);
+        }
+        Ok(())
+    }
+
     fn take_orders(&mut self) -> Result {
-        let Some((_, orders)) = &mut self.ports else { return Ok(()) };
+        let Some(Ports { orders, .. }) = &mut self.ports else { return Ok(()) };
         orders.take(|orders| {
             self.judge.take_orders(orders.header, orders.missed, orders.records);
             Ok::<_, ReadError>(())
@@ -112,8 +127,11 @@ impl Validator {
 
 impl Plugin for Validator {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.ports =
-            Some((ColumnReader::open_on(fleet, TYPE.name())?, OrderReader::open_on(fleet)?));
+        self.ports = Some(Ports {
+            types: ColumnReader::open_on(fleet, TYPE.name())?,
+            activities: ColumnReader::open_on(fleet, ACTIVITY.name())?,
+            orders: OrderReader::open_on(fleet)?,
+        });
         Ok(())
     }
 
@@ -134,6 +152,7 @@ impl Plugin for Validator {
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         self.take_types(frame)?;
+        self.take_activities()?;
         self.judge.take_frame(frame);
         self.take_orders()
     }

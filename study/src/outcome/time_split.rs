@@ -11,13 +11,15 @@ use super::Outcome;
 /// The parts of an order's time from its creation to its end, which add up to it.
 pub const ORDER_PARTS: [&str; 5] =
     ["waiting for a robot", "way empty", "way loaded", "waiting in traffic", "handling"];
+/// The part of a robot's time in which it charges, or drives to a charger.
+pub const CHARGING: &str = "charging";
 /// The parts of a robot's time, which add up to it.
 pub const ROBOT_PARTS: [&str; 8] = [
     "way empty",
     "way loaded",
     "waiting in traffic",
     "handling",
-    "charging",
+    CHARGING,
     "parked",
     "out of service",
     "idle",

@@ -6,13 +6,18 @@ use std::fmt::Write as _;
 
 use super::verdict::{BUSY, prefix};
 use crate::answer::{Answer, PointAnswer, VariantAnswer};
-use crate::outcome::CONTACT;
+use crate::outcome::{CHARGING, CONTACT};
 use crate::plan::robots_in_words;
 
 /// The largest number of stalls of a variant that are told; `study.json` has all.
 const MOST_STALLS: usize = 4;
 /// The largest number of numbers of robots whose late orders are told.
 const MOST_NUMBERS: usize = 4;
+
+/// The part of the orders that come in a run that may have just come at its end.
+const FEW_OPEN: f64 = 0.1;
+/// The part of the time from which on charging keeps robots from orders.
+const MUCH_CHARGING: f64 = 0.1;
 
 /// The restrictions of the answer: stations that took no part, runs that stalled, and orders that
 /// waited for long.
@@ -88,20 +93,47 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     ))
 }
 
-/// Tells that the robots of the knee carry all orders that come, so that more can't carry more.
+/// Tells why the robots of the knee are often without an order: the load, if they carry all orders
+/// that come, so that more can't carry more; or their batteries.
 fn enough(variant: &VariantAnswer) -> Option<String> {
     let knee = variant.knee.as_ref()?;
     let point = variant.points.iter().find(|point| point.robots == knee.robots)?;
-    let is_idle = point.utilisation.is_some_and(|part| part.mean < BUSY);
-    if variant.is_load_endless || !is_idle {
+    let busy = point.utilisation?.mean;
+    if variant.is_load_endless || busy >= BUSY {
         return None;
     }
-    Some(format!(
-        "**The load is the limit**: {} had an order {:.0} % of the time. The answer is what came, \
-         not what they can carry.",
-        robots_in_words(point.robots),
-        point.utilisation?.mean * 100.0
-    ))
+    let (robots, busy) = (robots_in_words(point.robots), busy * 100.0);
+    if carries_all(point) {
+        return Some(format!(
+            "**The load is the limit**: {robots} had an order {busy:.0} % of the time. The answer \
+             is what came, not what they can carry."
+        ));
+    }
+    let open = point.open_orders.map_or(0.0, |open| open.mean);
+    let mut parts = point.robot_time.iter();
+    let charging = parts.find(|part| part.name == CHARGING).map_or(0.0, |part| part.value.mean);
+    Some(match charging >= MUCH_CHARGING {
+        true => format!(
+            "**Charging is the limit**: {robots} had an order {busy:.0} % of the time and charged \
+             {:.0} % of it, and {open:.0} orders were open at the end of a run.",
+            charging * 100.0
+        ),
+        false => format!(
+            "**Orders waited**: {robots} had an order {busy:.0} % of the time only, though orders \
+             waited; {open:.0} were open at the end of a run. 'What robots spend their time on' \
+             shows the rest of it."
+        ),
+    })
+}
+
+/// Whether a number of robots carries nearly all orders that come: no more are open at the end than
+/// the robots carry then and a few that have just come, and none waited for long.
+fn carries_all(point: &PointAnswer) -> bool {
+    let runs = point.runs.len() as f64;
+    let open = point.open_orders.map_or(0.0, |open| open.mean);
+    let carried = point.utilisation.map_or(0.0, |busy| busy.mean) * f64::from(point.robots);
+    let came = (point.finished_orders + point.failed_orders) as f64 / runs + open;
+    point.unserved == 0 && open <= carried + FEW_OPEN * came
 }
 
 /// Tells the stalls of a variant, those of the fewest robots first.

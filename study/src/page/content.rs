@@ -7,9 +7,9 @@ use super::least::{figures, fleets};
 use super::method::method;
 use super::stall_map::stall_map;
 use super::time::time;
-use super::verdict::{numbers, orders_in_words, verdict};
+use super::verdict::{has_too_few, numbers, orders_in_words, verdict};
 use super::{Block, Picture};
-use crate::answer::{Answer, Comparison, Difference, PointAnswer, VariantAnswer};
+use crate::answer::{Answer, Comparison, Difference, NoRoom, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
@@ -184,8 +184,8 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             if is_answer { format!("**{}**", point.robots) } else { point.robots.to_string() };
         let mut row = vec![
             robots,
-            text(point.orders_per_hour, |orders| orders_in_words(&orders)),
-            text(point.orders_per_hour, |orders| {
+            orders_in_words(point).unwrap_or_else(|| NONE.to_owned()),
+            text(point.orders_per_hour.filter(|_| !has_too_few(point)), |orders| {
                 format!("{:.2}", orders.mean / f64::from(point.robots))
             }),
             text(point.service_p50_secs, |interval| format!("{:.0} s", interval.mean)),
@@ -205,11 +205,21 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
         blocks.push(Block::Heading(3, variant.name.clone()));
     }
     blocks.push(Block::Table(rows));
-    if let Some((robots, reason)) = variant.no_room.first() {
-        let robots = robots_in_words(*robots);
-        blocks.push(Block::Text(format!("With {robots}, there is no room: {reason}.")));
-    }
+    blocks.extend(variant.no_room.first().map(|first| Block::Text(no_room(variant, first))));
     blocks
+}
+
+/// Tells that a number of robots doesn't fit, and with which seeds if it fits with others.
+fn no_room(variant: &VariantAnswer, NoRoom { robots, seeds, reason }: &NoRoom) -> String {
+    let fits = variant.points.iter().any(|point| point.robots == *robots);
+    let robots = robots_in_words(*robots);
+    let list: Vec<String> = seeds.iter().map(u64::to_string).collect();
+    let list = list.join(", ");
+    match (fits, seeds.len()) {
+        (false, _) => format!("With {robots}, there is no room: {reason}."),
+        (true, 1) => format!("With {robots}, there is no room with seed {list}: {reason}."),
+        (true, _) => format!("With {robots}, there is no room with seeds {list}: {reason}."),
+    }
 }
 
 /// The text in place of a missing figure.

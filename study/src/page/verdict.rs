@@ -2,7 +2,7 @@
 
 use super::Block;
 use super::least::of_least;
-use crate::answer::{Answer, KneeAnswer, PointAnswer, RunAnswer, VariantAnswer};
+use crate::answer::{Answer, KneeAnswer, NoRoom, PointAnswer, RunAnswer, VariantAnswer};
 use crate::outcome::{Stall, StallKind};
 use crate::plan::robots_in_words;
 use crate::statistics::Interval;
@@ -40,7 +40,8 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
     }
     match least_stalled(variant) {
         Some(point) => format!(
-            "not known. {} No number of robots that was tried is an answer.",
+            "not known. {}{} No number of robots that was tried is an answer.",
+            without_orders(variant, point.robots),
             without_count(point, minutes)
         ),
         None => match variant.points.iter().map(|point| point.finished_orders).sum::<u64>() {
@@ -54,6 +55,27 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
             ),
         },
     }
+}
+
+/// Tells why the numbers of robots below one that stalled are no answer: they carry nothing after
+/// the warm-up.
+fn without_orders(variant: &VariantAnswer, stalled: u32) -> String {
+    let fewer = variant.points.iter().filter(|point| point.robots < stalled);
+    let told = fewer.map(|point| {
+        let robots = robots_in_words(point.robots);
+        match point.finished_orders {
+            0 => format!("{robots} finished no order. "),
+            1 => format!(
+                "{robots} finished 1 order in {} runs, too few for a figure. ",
+                point.runs.len()
+            ),
+            orders => format!(
+                "{robots} finished {orders} orders in {} runs, too few for a figure. ",
+                point.runs.len()
+            ),
+        }
+    });
+    told.collect()
 }
 
 /// Returns the reason why a number of robots has finished too few orders for an answer: robots
@@ -110,9 +132,9 @@ fn unknown(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
         seeds => format!("{seeds} seeds"),
     };
     let some = with_interval(orders_per_hour);
-    let without_room = variant.no_room.iter().find(|(without, _)| without == robots);
+    let without_room = variant.no_room.iter().find(|no_room| no_room.robots == *robots);
     Some(match without_room {
-        Some((_, reason)) => format!(
+        Some(NoRoom { reason, .. }) => format!(
             "{count} {carries} {some} orders an hour with {seeds}; with others, there is no room \
              for {count}: {reason}."
         ),
@@ -147,8 +169,8 @@ fn with_fewer_orders(point: &PointAnswer) -> Option<String> {
     let orders = point.orders_per_hour?;
     let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
     let waits = format!("robots wait for room {waiting:.0} % of their time");
-    let some = orders_in_words(&orders);
-    Some(match is_known(&orders) || orders.mean == 0.0 {
+    let some = orders_in_words(point)?;
+    Some(match is_known(&orders) || (orders.mean == 0.0 && !has_too_few(point)) {
         true => format!(" With {count}, it is less: {some} orders an hour; {waits}."),
         false => format!(" With {count}, the orders an hour are {some}; {waits}."),
     })
@@ -183,16 +205,22 @@ fn without_progress(variant: &VariantAnswer, knee: &KneeAnswer, minutes: f64) ->
         1 => "This number isn't an answer",
         _ => "Neither this number nor a larger one that was tried is an answer",
     };
-    let without_figures = variant.failed.iter().chain(&variant.no_room);
-    let tried = tried.iter().map(|point| point.robots);
-    let tried = tried.chain(without_figures.map(|(robots, _)| *robots));
+    let without_figures = variant.failed.iter().map(|(robots, _)| *robots);
+    let without_figures =
+        without_figures.chain(variant.no_room.iter().map(|no_room| no_room.robots));
+    let tried = tried.iter().map(|point| point.robots).chain(without_figures);
     let before = tried.filter(|robots| *robots < from).max().unwrap_or(knee.robots);
-    let between = match from - before {
-        ..=1 => String::new(),
-        2 => format!("; {} wasn't tried", before + 1),
-        _ => format!("; no number from {} to {} was tried", before + 1, from - 1),
-    };
+    let between = between(before, from).map_or_else(String::new, |between| format!("; {between}"));
     Some(format!(" {} {verdict}{between}.", without_count(&rest[0], minutes)))
+}
+
+/// Tells the numbers between two that weren't tried; `None` if there are none.
+fn between(before: u32, after: u32) -> Option<String> {
+    match after - before {
+        ..=1 => None,
+        2 => Some(format!("{} wasn't tried", before + 1)),
+        _ => Some(format!("no number from {} to {} was tried", before + 1, after - 1)),
+    }
 }
 
 /// Tells how many runs of a number of robots don't count, and what happened in the first of them.
@@ -294,17 +322,16 @@ fn carries_fewer(point: &PointAnswer, knee: &KneeAnswer) -> bool {
 
 /// The answer if the largest number of robots carries the most.
 fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
-    let is_larger = |(more, _): &&(u32, String)| *more > robots;
-    let without_room = variant.no_room.iter().find(is_larger);
-    let failed = variant.failed.iter().find(is_larger);
+    let without_room = variant.no_room.iter().find(|no_room| no_room.robots > robots);
+    let failed = variant.failed.iter().find(|(more, _)| *more > robots);
     match (without_room, failed) {
-        (Some((more, reason)), None) => {
-            let more = robots_in_words(*more);
-            format!("{count}, which {throughput}. There is no room for {more}: {reason}.")
+        (Some(NoRoom { robots: more, reason, .. }), None) => {
+            let reason = format!("There is no room for {}: {reason}", robots_in_words(*more));
+            limited(count, throughput, &reason, between(robots, *more))
         }
         (_, Some((more, reason))) => {
-            let more = robots_in_words(*more);
-            format!("{count}, which {throughput}. With {more}, a run failed: {reason}.")
+            let reason = format!("With {}, a run failed: {reason}", robots_in_words(*more));
+            limited(count, throughput, &reason, between(robots, *more))
         }
         _ if variant.points.len() == 1 => {
             format!("{count} {throughput}. No other number of robots was tried.")
@@ -313,6 +340,14 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
             "at least {count}: no larger number was tried, and of those that were, {count} \
              {throughput}, the most."
         ),
+    }
+}
+
+/// The answer if a larger number can't be tried. `untried` tells the numbers between the two.
+fn limited(count: &str, throughput: &str, reason: &str, untried: Option<String>) -> String {
+    match untried {
+        None => format!("{count}, which {throughput}. {reason}."),
+        Some(untried) => format!("at least {count}, which {throughput}. {reason}; {untried}."),
     }
 }
 
@@ -326,15 +361,26 @@ fn least_stalled(variant: &VariantAnswer) -> Option<&PointAnswer> {
     variant.points.iter().find(|point| point.stalled().next().is_some())
 }
 
-/// Returns a mean with half of its interval, or says that it isn't known.
-pub(super) fn orders_in_words(interval: &Interval) -> String {
-    let value = with_interval(interval);
-    // A fleet that carries nothing in every run carries nothing.
-    if is_known(interval) || interval.relative() == Some(0.0) {
-        value
-    } else {
-        format!("not known ({value})")
+/// Returns the throughput of a number of robots with half of its interval, or says that it isn't
+/// known; `None` if there is none.
+pub(super) fn orders_in_words(point: &PointAnswer) -> Option<String> {
+    let interval = point.orders_per_hour?;
+    let value = with_interval(&interval);
+    if has_too_few(point) {
+        return Some("not known".to_owned());
     }
+    // A fleet that carries nothing in every run carries nothing.
+    match is_known(&interval) || interval.relative() == Some(0.0) {
+        true => Some(value),
+        false => Some(format!("not known ({value})")),
+    }
+}
+
+/// Whether all orders that a number of robots finished were finished in the warm-ups, so that its
+/// throughput isn't known.
+pub(super) fn has_too_few(point: &PointAnswer) -> bool {
+    let is_zero = point.orders_per_hour.is_some_and(|orders| orders.mean == 0.0);
+    is_zero && point.finished_orders > 0
 }
 
 /// Returns a mean with half of its interval.

@@ -10,7 +10,7 @@ use regatta_layout::traffic::{self, Turning};
 use regatta_layout::{Format, ReadOptions, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
 use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Number;
 
 use super::scenario::{Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
@@ -62,6 +62,17 @@ struct TypeShare {
     name: Option<String>,
     /// The share, in proportion to those of the other types.
     weight: f64,
+}
+
+/// A robot type of a fleet.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FleetType {
+    /// The name; `None` of a scenario without types.
+    pub name: Option<String>,
+    /// The length and the width of its robots, in metres.
+    pub size: [f64; 2],
+    /// The number of its robots at the answer; `None` without an answer.
+    pub robots: Option<u32>,
 }
 
 /// The time of a run, and its resolution.
@@ -178,6 +189,24 @@ impl Variant {
             }
         }
         largest.unwrap_or_default()
+    }
+
+    /// Returns the robot types in use, with their numbers in a fleet.
+    pub fn types_of(&self, robots: Option<u32>) -> Vec<FleetType> {
+        let groups = robots.map(|robots| self.groups(robots));
+        let first = self.setup.robot_types.iter().flatten().next();
+        let mut types = Vec::new();
+        for share in &self.types {
+            let robot = self.robot_of(share.name.as_deref());
+            let name = share.name.clone().or_else(|| first.map(|first| first.name.clone()));
+            let count = groups.iter().flatten().find(|group| group.robot_type == share.name);
+            types.push(FleetType {
+                name,
+                size: [robot.length(), robot.width()],
+                robots: robots.map(|_| count.map_or(0, |group| group.count)),
+            });
+        }
+        types
     }
 
     /// Returns a robot type, the first one by default.

@@ -62,6 +62,12 @@ impl Node {
     pub fn name(&self) -> Option<&str> {
         self.tags.as_ref()?.name.as_deref()
     }
+
+    /// Returns its other names: the one beside an id that is a text, and those of nodes that are
+    /// joined with it.
+    pub fn other_names(&self) -> Vec<String> {
+        self.tags.as_ref().map(|tags| tags.aliases()).unwrap_or_default()
+    }
 }
 
 impl Edge {
@@ -264,9 +270,7 @@ impl RouteGraph {
         if !named.is_empty() {
             return named;
         }
-        self.nodes_where(|node| {
-            node.tags.as_ref().is_some_and(|tags| tags.aliases().iter().any(|alias| alias == name))
-        })
+        self.nodes_where(|node| node.other_names().iter().any(|other| other == name))
     }
 
     fn nodes_where(&self, condition: impl Fn(&Node) -> bool) -> Vec<NodeIndex> {

@@ -10,6 +10,8 @@ use super::angle::normalize_angle;
 
 /// The property of a node with its other names: a list of texts in JSON.
 pub const ALIASES: &str = "aliases";
+/// The property with the name in the file of a node or an edge whose id is a text.
+pub(crate) const NAME: &str = "name";
 
 /// Names, places and free properties of a node or an edge. They are boxed, as most graphs have
 /// none.
@@ -37,10 +39,15 @@ impl Tags {
         Self { name: Some(name.into()), ..Self::default() }
     }
 
-    /// Returns the other names of a node: those of nodes at the same place that are joined with it.
+    /// Returns the other names of a node: the one beside an id that is a text, and those of nodes
+    /// at the same place that are joined with it.
     pub fn aliases(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            self.properties.get(NAME).map(ToString::to_string).into_iter().collect();
         let json = self.properties.get(ALIASES);
-        json.and_then(|json| serde_json::from_str(json).ok()).unwrap_or_default()
+        let joined: Option<Vec<String>> = json.and_then(|json| serde_json::from_str(json).ok());
+        names.extend(joined.unwrap_or_default());
+        names
     }
 
     /// Sets the other names of a node.

@@ -22,7 +22,7 @@ use crate::model::path::Path;
 use crate::model::raw::{
     RawCurve, RawDoor, RawDoorTimes, RawEdge, RawGraph, RawLift, RawNode, RawStation, RawZone,
 };
-use crate::model::tags::{Orientation, Role, Tags};
+use crate::model::tags::{NAME, Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::model::zones::ZoneRule;
 
@@ -295,12 +295,12 @@ impl Shape {
 }
 
 /// Returns tags with the file's id as their name, unless the id is the number. Another name becomes
-/// a property.
+/// a property, by which nodes are found, too.
 fn tags_with_id(mut tags: Tags, id: &str, number: Number) -> Option<Box<Tags>> {
     if !number.is_id
         && let Some(name) = tags.name.replace(id.into()).filter(|name| **name != *id)
     {
-        tags.set("name", &name);
+        tags.set(NAME, &name);
     }
     tags.boxed()
 }

@@ -24,6 +24,8 @@ pub struct MainPart {
     pub graph: RouteGraph,
     /// The other stations and nodes, by reason.
     pub left_out: Vec<LeftOut>,
+    /// The nodes of the layout that it doesn't have.
+    pub cut_off: BTreeMap<NodeIndex, CutOff>,
 }
 
 /// Stations and nodes that are cut off from the main part in the same way.
@@ -49,8 +51,13 @@ impl MainPart {
     pub fn around(graph: &RouteGraph, wanted: &[NodeIndex]) -> Option<Self> {
         let network = Network::around(graph, wanted);
         let names = station_names(graph);
-        let left_out = left_out(graph, &parts(&network, &names));
-        Some(Self { graph: restricted(graph, &network)?, left_out })
+        let parts = parts(&network, &names);
+        let cut_off = parts
+            .iter()
+            .flat_map(|part| part.nodes.iter().map(|node| (*node, part.cut_off)))
+            .collect();
+        let left_out = left_out(graph, &parts);
+        Some(Self { graph: restricted(graph, &network)?, left_out, cut_off })
     }
 }
 
@@ -185,7 +192,7 @@ mod tests {
     fn what_cannot_take_part_is_left_out_by_name_and_reason() {
         let text = "id,x,y,role\nA,0,0,pick\nB,10,0,drop\nS7,20,0,drop\nS8,0,9,drop\nX,30,0,\n\
                     I,50,0,pick\nJ,60,0,drop\n\nfrom,to\nA,B\nB,A\nB,S7\nS8,A\nX,B\nI,J\nJ,I\n";
-        let MainPart { graph, left_out } = main_part(text).expect("a part");
+        let MainPart { graph, left_out, cut_off } = main_part(text).expect("a part");
         let names: Vec<_> = graph.nodes().iter().filter_map(Node::name).collect();
         assert_eq!((names, graph.edges().len()), (vec!["A", "B"], 2));
         let said: Vec<String> = left_out.iter().map(ToString::to_string).collect();
@@ -197,6 +204,9 @@ mod tests {
                 "stations `I`, `J`, to and from which no way leads",
             ]
         );
+        let of_nodes: Vec<CutOff> = cut_off.into_values().collect();
+        let (left, reached, apart) = (CutOff::CannotBeLeft, CutOff::CannotBeReached, CutOff::Apart);
+        assert_eq!(of_nodes, [left, reached, reached, apart, apart]);
     }
 
     #[test]

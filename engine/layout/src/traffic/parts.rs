@@ -17,6 +17,17 @@ pub enum CutOff {
     Apart,
 }
 
+impl CutOff {
+    /// Returns the missing way, in words: `no way leads to it`.
+    pub const fn missing_way(self) -> &'static str {
+        match self {
+            Self::CannotBeLeft => "no way leads back from it",
+            Self::CannotBeReached => "no way leads to it",
+            Self::Apart => "no way leads to it or back from it",
+        }
+    }
+}
+
 /// The reason why a part is cut off.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {

@@ -433,6 +433,25 @@ fn each_fault_of_an_order_is_found() {
 }
 
 #[test]
+fn a_robot_that_charges_is_not_idle() {
+    let mut judge = judge();
+    judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;
+    judge.take_orders(
+        &OrderHeader { run_id: 7, ..OrderHeader::default() },
+        0,
+        &[OrderRecord::new(5, OrderKind::Created)],
+    );
+    for tick in 0..=1500 {
+        show(&mut judge, tick, &[on(0, 2.0, 0.0), on(1, 2.0, 0.0)]);
+        judge.take_activities(
+            &[Activity::Charging, Activity::Idle].map(|activity| f32::from(activity as u8)),
+        );
+    }
+    let idle = judge.findings.examples(Kind::Idle);
+    assert_eq!(idle.iter().map(|found| &*found.robots).collect::<Vec<_>>(), [&[1]]);
+}
+
+#[test]
 fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     let mut judge = judge();
     judge.world.robot_types[0].record.max_acceleration = f32::INFINITY;

@@ -4,6 +4,8 @@ use super::*;
 use crate::answer::TimeAnswer;
 use crate::outcome::Measured;
 use crate::page::caveats::caveats;
+use crate::page::content::content;
+use crate::page::method::method;
 use crate::plan::{Plan, Precision, Question, RunTime, Variant};
 use crate::sweep::tests::measured;
 use crate::sweep::{Known, RunResult, Step, next};
@@ -25,6 +27,16 @@ fn plan(robots: &str) -> Plan {
         program: "0".to_owned(),
         variants: vec![Variant::read(&path, &ReadOptions::default()).expect("a variant")],
     }
+}
+
+/// The plan of a scenario on the ring.
+fn plan_of(robots: &str, scenario: &str) -> Plan {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("ring.csv"), RING).expect("written");
+    let path = folder.path().join("scenario.yaml");
+    std::fs::write(&path, format!("graph: ring.csv\n{scenario}")).expect("written");
+    let variants = vec![Variant::read(&path, &ReadOptions::default()).expect("a variant")];
+    Plan { variants, ..plan(robots) }
 }
 
 /// The answer of a study of runs with a fate each.
@@ -114,6 +126,98 @@ fn a_range_says_what_larger_numbers_bring() {
 }
 
 #[test]
+fn runs_keep_their_seeds_beside_seeds_without_room() {
+    let answer = answer("8", |_, seed| match seed {
+        1 => Err(RunFailure::NoRoom("7 of 8 robots fit".to_owned())),
+        _ => Ok(stalled(StallKind::Standstill, vec![0], 1.0)),
+    });
+    let caveats = caveats(&answer).join("\n");
+    assert!(caveats.contains("With 8 robots, seed 2: all robots"), "{caveats}");
+    let texts: Vec<String> = blocks(&answer).into_iter().filter_map(text_of).collect();
+    let room = "With 8 robots, there is no room with seed 1: 7 of 8 robots fit.";
+    assert!(texts.iter().any(|text| text == room), "{texts:?}");
+}
+
+#[test]
+fn fewer_robots_than_those_that_stalled_have_a_reason() {
+    let said = said(&answer("1,2", |robots, _| match robots {
+        1 => Ok(Measured { finished_orders: 1, ..measured(0.0) }),
+        _ => Ok(stalled(StallKind::Standstill, vec![0], 1.0)),
+    }));
+    let start =
+        "not known. 1 robot finished 2 orders in 2 runs, too few for a figure. With 2 robots, ";
+    assert!(said.starts_with(start), "{said}");
+}
+
+#[test]
+fn orders_of_the_warm_up_alone_are_no_throughput() {
+    let fate = |finished_orders| {
+        answer("1,2", move |robots, _| {
+            let orders = f64::from(robots - 1) * 20.0;
+            Ok(Measured { finished_orders, ..measured(orders) })
+        })
+    };
+    let figure = |answer: &Answer| orders_in_words(&answer.variants[0].points[0]);
+    assert_eq!(figure(&fate(1)).as_deref(), Some("not known"));
+    assert_eq!(figure(&fate(0)).as_deref(), Some("0.0 ± 0.0"));
+}
+
+#[test]
+fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
+    let limit = |open_orders, charging| {
+        let plan = plan_of(
+            "2",
+            "robots: [{count: 1, routes: none}]\n\
+             load: {per_hour: 60, from: pick, to: drop}\n",
+        );
+        let answer = answer_to(plan, |_, _| {
+            let mut robot_time = [0.0; 8];
+            (robot_time[4], robot_time[7]) = (charging, 0.69 - charging);
+            let run = measured(60.0);
+            let robot_time = Some(robot_time);
+            Ok(Measured { utilisation: 0.31, finished_orders: 18, open_orders, robot_time, ..run })
+        });
+        caveats(&answer).join("\n")
+    };
+    assert!(limit(1, 0.42).contains("**The load is the limit**: 2 robots had an order 31 %"));
+    let charging = limit(9, 0.42);
+    assert!(
+        charging.contains(
+            "**Charging is the limit**: 2 robots had an order 31 % of the time and charged 42 %"
+        ),
+        "{charging}"
+    );
+    assert!(limit(9, 0.0).contains("**Orders waited**: 2 robots"));
+}
+
+#[test]
+fn all_robot_types_are_named_with_their_numbers() {
+    let plan = plan_of(
+        "8",
+        "robot_types:\n- {name: cart, length: 0.6, width: 0.4}\n\
+         - {name: lorry, length: 1.6, width: 1}\n\
+         robots:\n- {count: 3, routes: none, type: cart}\n\
+         - {count: 1, routes: none, type: lorry}\n",
+    );
+    let answer = answer_to(plan, |_, _| Ok(measured(200.0)));
+    let runs = &method(&answer)[0];
+    let robots = "Robots: 6 `cart` (0.6 m × 0.4 m), 2 `lorry` (1.6 m × 1 m), with 8 robots.";
+    assert!(runs.contains(robots), "{runs}");
+}
+
+/// The blocks of the page of an answer.
+fn blocks(answer: &Answer) -> Vec<Block> {
+    content(answer, &plan("1").variants[0])
+}
+
+fn text_of(block: Block) -> Option<String> {
+    match block {
+        Block::Text(text) => Some(text),
+        _ => None,
+    }
+}
+
+#[test]
 fn without_a_number_that_counts_there_is_no_answer() {
     let fate = |_, _| Ok(stalled(StallKind::Standstill, vec![0], 1.0));
     let said = said(&answer("1,2", fate));
@@ -133,8 +237,8 @@ fn a_lack_of_room_is_no_failure() {
     }));
     assert_eq!(
         said,
-        "2 robots, which carry 40.0 ± 1.0 orders an hour. There is no room for 4 robots: 3 of 4 \
-         robots fit."
+        "at least 2 robots, which carry 40.0 ± 1.0 orders an hour. There is no room for 4 robots: 3 \
+         of 4 robots fit; 3 wasn't tried."
     );
 }
 

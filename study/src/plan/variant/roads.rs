@@ -1,10 +1,10 @@
 //! The roads of a variant: the main part of its layout. What is cut off from it can't take part,
 //! and is left out of the layout and of the load.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use regatta_layout::traffic::MainPart;
+use regatta_layout::traffic::{CutOff, MainPart};
 use regatta_layout::{EdgeChange, NodeIndex, RouteGraph};
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ use crate::plan::scenario::Load;
 const STOPS: [&str; 3] = ["from", "to", "among"];
 
 /// The part of a load of which all nodes are left out.
-struct CutOff(String);
+struct Lost(String);
 
 impl Variant {
     /// Sets the roads: the main part of the whole layout, which is that with the most stops that
@@ -37,7 +37,7 @@ impl Variant {
         self.left_out = main.left_out.iter().map(ToString::to_string).collect();
         self.left_out.extend_from_slice(&self.unread);
         self.graph = Arc::new(main.graph);
-        self.keep_day(&labels)?;
+        self.keep_day(&labels, &main.cut_off)?;
         self.keep_load(&labels)
     }
 
@@ -62,16 +62,22 @@ impl Variant {
     }
 
     /// Checks that no stop of the day is left out, by their names and ids.
-    fn keep_day(&self, left_out: &BTreeSet<String>) -> Result<(), PlanError> {
+    fn keep_day(
+        &self,
+        left_out: &BTreeSet<String>,
+        cut_off: &BTreeMap<NodeIndex, CutOff>,
+    ) -> Result<(), PlanError> {
         let Some(day) = &self.day else { return Ok(()) };
-        match day.stops.intersection(left_out).next() {
-            Some(stop) => Err(PlanError::CutOffStop {
-                day: day.file.clone(),
-                stop: stop.clone(),
-                file: self.file.clone(),
-            }),
-            None => Ok(()),
-        }
+        let Some(stop) = day.stops.intersection(left_out).next() else { return Ok(()) };
+        let nodes = nodes_of(&self.whole, &BTreeSet::from([stop.clone()]));
+        let found = nodes.iter().find_map(|node| cut_off.get(node));
+        Err(PlanError::CutOffStop {
+            day: day.file.clone(),
+            stop: stop.clone(),
+            // No node serves a station without one.
+            cut_off: found.copied().unwrap_or(CutOff::Apart),
+            file: self.file.clone(),
+        })
     }
 
     /// Takes nodes that are left out, by their names and ids, out of the groups of the load.
@@ -82,7 +88,7 @@ impl Variant {
         let Some(load) = &mut self.setup.load else { return Ok(()) };
         match prune(load, left_out) {
             Ok(generators) => self.left_out.extend(generators),
-            Err(CutOff(part)) => return Err(PlanError::CutOff { file: self.file.clone(), part }),
+            Err(Lost(part)) => return Err(PlanError::CutOff { file: self.file.clone(), part }),
         }
         Ok(())
     }
@@ -92,15 +98,17 @@ impl Variant {
 fn labels(graph: &RouteGraph) -> BTreeSet<String> {
     let ids = graph.nodes().iter().map(|node| node.id.to_string());
     let names = graph.nodes().iter().filter_map(|node| node.name().map(str::to_owned));
+    let others = graph.nodes().iter().flat_map(|node| node.other_names());
     let stations = graph.stations().iter().map(|station| station.name.clone());
-    ids.chain(names).chain(stations).collect()
+    ids.chain(names).chain(others).chain(stations).collect()
 }
 
 /// Returns the nodes with some labels: ids, names of nodes or names of stations.
 fn nodes_of(graph: &RouteGraph, labels: &BTreeSet<String>) -> Vec<NodeIndex> {
     let mut nodes = BTreeSet::new();
     for (node, index) in graph.nodes().iter().zip((0..).map(NodeIndex)) {
-        let is_named = node.name().is_some_and(|name| labels.contains(name));
+        let is_named = node.name().is_some_and(|name| labels.contains(name))
+            || node.other_names().iter().any(|name| labels.contains(name));
         if is_named || labels.contains(&node.id.to_string()) {
             nodes.insert(index);
         }
@@ -138,7 +146,7 @@ fn add_labels(nodes: &Value, labels: &mut BTreeSet<String>) {
 
 /// Takes nodes out of a load. Returns the generators that have lost all of their stops, in words:
 /// they are taken out, too.
-fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, CutOff> {
+fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Lost> {
     if let Some(Value::Object(groups)) = load.rest.get_mut("groups") {
         for (name, nodes) in groups {
             prune_list(&format!("group {name}"), nodes, left_out)?;
@@ -155,7 +163,9 @@ fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Cu
         match prune_stops(&mut generator, &groups, left_out) {
             Ok(()) => kept.push(generator),
             Err(reason) => {
-                lost.push(format!("generator {number} of the load, whose stops are cut off"));
+                lost.push(format!(
+                    "generator {number} of the load, to whose stops robots can't drive and back"
+                ));
                 error = error.or(Some(reason));
             }
         }
@@ -172,27 +182,27 @@ fn prune_stops(
     load: &mut Load,
     groups: &BTreeSet<String>,
     left_out: &BTreeSet<String>,
-) -> Result<(), CutOff> {
+) -> Result<(), Lost> {
     for key in STOPS {
         let Some(nodes) = load.rest.get_mut(key) else { continue };
         prune_list(key, nodes, left_out)?;
         let name = label(nodes);
         if !nodes.is_array() && left_out.contains(&name) && !groups.contains(&name) {
-            return Err(CutOff(format!("{key}: {name}")));
+            return Err(Lost(format!("{key}: {name}")));
         }
     }
     Ok(())
 }
 
 /// Takes nodes out of a list. Other values name no nodes one by one.
-fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Result<(), CutOff> {
+fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Result<(), Lost> {
     let Value::Array(nodes) = nodes else { return Ok(()) };
     let was_empty = nodes.is_empty();
     nodes.retain(|node| !left_out.contains(&label(node)));
     if !nodes.is_empty() || was_empty {
         return Ok(());
     }
-    Err(CutOff(name.to_owned()))
+    Err(Lost(name.to_owned()))
 }
 
 fn label(node: &Value) -> String {

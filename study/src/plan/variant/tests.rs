@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::*;
@@ -47,6 +49,32 @@ fn stations_that_nobody_reaches_are_left_out_by_name() {
     let error = variant("id,x,y\nA,0,0\nB,9,0\n\nfrom,to\nA,B\n").map(drop);
     let error = error.expect_err("one way").to_string();
     assert!(error.contains("no road leads back") && !error.contains('\n'), "{error}");
+}
+
+#[test]
+fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
+    let day = |stop: &str| {
+        let plant = "id,x,y,name,role\nA,0,0,In,pick\nB,9,0,Out,drop\nC,9,9,Trap,drop\n\
+                     D,0,9,Far,\n\n\
+                     from,to\nA,B\nB,A\nB,C\nD,A\n";
+        let day = Day {
+            file: "day.csv".to_owned(),
+            timetable: String::new(),
+            stops: BTreeSet::from(["In".to_owned(), "Out".to_owned(), stop.to_owned()]),
+            orders: 1,
+            last_secs: 0.0,
+            scale: 1.0,
+            shift_secs: 0.0,
+            block_secs: None,
+        };
+        let read = variant(plant).expect("a variant").with_day(&Arc::new(day));
+        read.map(drop).map_err(|error| error.to_string())
+    };
+    let reason = |stop: &str| day(stop).expect_err(stop);
+    assert_eq!(day("Out"), Ok(()));
+    assert!(reason("Trap").contains("serve the station Trap of"), "{}", reason("Trap"));
+    assert!(reason("C").contains("as no way leads back from it"), "{}", reason("C"));
+    assert!(reason("Far").contains("as no way leads to it"), "{}", reason("Far"));
 }
 
 #[test]

@@ -236,6 +236,18 @@ fn long_names_of_columns_are_refused() {
     graph(&text.replace(&name, &name[1..]));
 }
 
+#[test]
+fn a_node_is_found_by_its_id_and_by_its_name() {
+    let (graph, _) = graph(
+        "id,x,y,name\nW1,0,0,Inbound\nD1,10,0,Shelf\nD2,20,0,Shelf\n\n\
+         from,to,bidirectional\nW1,D1,yes\nD1,D2,yes\n",
+    );
+    let nodes = graph.nodes();
+    assert_eq!((nodes[0].name(), nodes[0].other_names()), (Some("W1"), vec!["Inbound".to_owned()]));
+    assert_eq!(graph.nodes_named("Inbound"), graph.nodes_named("W1"));
+    assert_eq!(graph.nodes_named("Shelf").len(), 2);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 256 }))]
 
