@@ -50,6 +50,16 @@ pub fn unique(test: &str) -> FleetName {
     format!("test-{test}-{}", std::process::id()).parse().expect("a fleet name")
 }
 
+/// Returns the messages of an engine: its standard error without the line that a busy machine takes
+/// a second to set the fleet up.
+pub fn messages(stderr: &[u8]) -> String {
+    let text = String::from_utf8_lossy(stderr);
+    text.lines()
+        .filter(|line| !line.starts_with("setting the fleet up"))
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
 /// Calls `attempt` until it returns a value, and panics after [`TIMEOUT`].
 pub fn eventually<T>(expected: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();

@@ -10,7 +10,7 @@ use regatta_plugin::{
     ReadError, Reporter, Result, Subscriber, WorldReader,
 };
 
-use crate::fleet::{Fleet, Process, TIMEOUT, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, TIMEOUT, graphs, messages, regatta, unique};
 
 const TICKS: u64 = 300;
 
@@ -203,12 +203,11 @@ fn a_plugin_that_is_not_there_is_named_when_time_is_up() {
     let output =
         engine(&unique("lockstep-nobody"), &["--lockstep", "nobody", "--lockstep-timeout", "0.3"])
             .finish();
-    let text = text(&output.stderr);
-    // A busy machine takes a second to set the fleet up, and says so.
-    let messages = text.lines().filter(|line| !line.starts_with("setting the fleet up"));
-    let messages: Vec<&str> = messages.collect();
-    let is_told = messages.len() == 1 && messages[0].contains("nobody");
-    assert!(!output.status.success() && is_told, "{text}");
+    let message = messages(&output.stderr);
+    assert!(
+        !output.status.success() && message.contains("nobody") && message.lines().count() == 1,
+        "{message}"
+    );
 }
 
 /// Holds every robot that reaches a node, and lets the robots that it held a while before drive on:

@@ -14,7 +14,7 @@ use regatta_plugin::{
 use rustix::fs::{AtFlags, CWD, Timespec, Timestamps, utimensat};
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, eventually, graphs, messages, regatta, unique};
 
 /// The environment variable by which a test starts itself with a `/dev/shm` of its own.
 const ROLE: &str = "REGATTA_TEST_SMALL_MEMORY";
@@ -195,7 +195,7 @@ fn too_few_open_files_are_told_with_the_limit() {
         command.args(["-c", &script, env!("CARGO_BIN_EXE_regatta"), "engine"]);
         command.arg(graphs("thirty.yaml")).args(["--fleet", unique("few-files").as_str()]);
         let output = Process::start(&mut command).finish();
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        let message = messages(&output.stderr);
         assert!(!output.status.success() && message.lines().count() == 1, "{limit}: {message}");
         assert!(message.contains(&format!("only {limit} open files")), "{limit}: {message}");
         assert!(message.contains("ulimit -n"), "{limit}: {message}");
