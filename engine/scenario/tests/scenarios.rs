@@ -450,7 +450,9 @@ lifts: {north: {level_secs: 20, opening_secs: 1, capacity: 2, home: high}}",
     assert_eq!((door.times.opening_secs, door.times.closing_secs), (5.0, 2.0));
     assert_eq!((lift.level_secs, lift.door_times.opening_secs, lift.home), (20.0, 1.0, 1));
     let zone = scenario.graph.zones().last().expect("the zone of the lift");
-    assert_eq!((zone.rule, lift.capacity.get()), (ZoneRule::Capacity(lift.capacity), 2));
+    // Two robots fit into the cabin, but there is one node for them on each level.
+    assert_eq!((lift.capacity.get(), lift.places().get()), (2, 1));
+    assert_eq!(zone.rule, ZoneRule::Capacity(lift.places()));
     assert_eq!(scenario.graph.edge(lift.rides[0]).speed, 0.1, "two metres in twenty seconds");
     for (text, message) in [
         ("doors: {gat: {closing_secs: 2}}", "doors, gat: the layout has no door of that name"),
