@@ -3,8 +3,8 @@
 //! Each step is a function of the finished runs, and asks only for runs that it needs whatever the
 //! others give. There are two kinds of sweeps: for the knee of the curve ([`knee`]), and for the
 //! least number of robots that meets some targets ([`least`]). All variants use the same seeds
-//! 1, 2, 3 …, which are common random numbers: differences between variants have narrower intervals
-//! than the variants themselves.
+//! 1, 2, 3 …, which are common random numbers: differences between variants have narrower
+//! intervals than the variants themselves.
 
 mod knee;
 pub mod least;

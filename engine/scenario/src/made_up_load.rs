@@ -112,7 +112,7 @@ fn is_without_stations(graph: &RouteGraph) -> bool {
 /// Returns the ids of the nodes whose purpose fits, in ascending order of the nodes.
 fn nodes_with(graph: &RouteGraph, fits: fn(Role) -> bool) -> Vec<u32> {
     let nodes = (0..).map(NodeIndex).zip(graph.nodes()).zip(graph.purposes());
-    // Who stands in a cabin keeps it.
+    // A robot that stands in a cabin keeps it.
     let is_in_lift = |node| graph.lifts().iter().any(|lift| lift.level_of(node).is_some());
     let nodes = nodes.filter(|((index, _), role)| fits(*role) && !is_in_lift(*index));
     nodes.map(|((_, node), _)| node.id).collect()

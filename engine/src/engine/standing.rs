@@ -39,7 +39,7 @@ impl StandingPlaces {
             ends.swap(place, ((random * (place as u64 + 1)) >> 32) as usize);
         }
         keep_main_part(graph, &mut ends);
-        // Who stands in a cabin keeps it.
+        // A robot that stands in a cabin keeps it.
         ends.retain(|edge| {
             let node = graph.edge(*edge).destination;
             graph.lifts().iter().all(|lift| lift.level_of(node).is_none())

@@ -27,7 +27,7 @@ enum Part {
     Ride,
 }
 
-/// What a command asks of a facility.
+/// The request of a command to a facility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ask {
     /// Open the doors across an edge, by its id, or keep them open.
@@ -45,7 +45,7 @@ pub enum Ask {
 pub struct FacilityCommand {
     /// The robot.
     pub robot: u32,
-    /// What it needs.
+    /// The request.
     pub ask: Ask,
 }
 
@@ -76,7 +76,7 @@ struct Call {
     at: f64,
 }
 
-/// What a robot needs of a lift.
+/// The need of a robot for a lift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Need {
     robot: u32,

@@ -14,13 +14,13 @@ pub(super) struct Occupants {
     at: Vec<(NodeIndex, u32)>,
 }
 
-/// What facilities see of the fleet.
+/// The fleet as facilities see it.
 pub(super) struct Scene<'a> {
     pub fleet: &'a Fleet,
     pub occupants: &'a Occupants,
 }
 
-/// What facilities change.
+/// The changes that facilities make.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
     /// Edges, and whether robots may not enter them.

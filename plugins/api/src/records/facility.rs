@@ -115,7 +115,7 @@ impl FacilityState {
         self.level != self.next_level
     }
 
-    /// How far its present motion has come by a tick, from 0 to 1; 1 at rest.
+    /// The part of its present motion that is done at a tick, from 0 to 1; 1 at rest.
     pub fn progress(&self, tick: u64) -> f32 {
         if self.ticks == 0 {
             return 1.0;
@@ -124,7 +124,7 @@ impl FacilityState {
         (passed as f32 / self.ticks as f32).min(1.0)
     }
 
-    /// How far its door is open at a tick, from 0 to 1.
+    /// The part by which its door is open at a tick, from 0 to 1.
     pub fn openness(&self, tick: u64) -> f32 {
         match self.door() {
             DoorState::Closed => 0.0,

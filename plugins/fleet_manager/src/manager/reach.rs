@@ -69,8 +69,8 @@ impl Manager {
         !ways.lead(robot, goal) && ways.lead_any(goal)
     }
 
-    /// Warns of the nodes where orders of the load end, and from which no way leads back to the part
-    /// of the roads that has most of its stops.
+    /// Warns of the nodes where orders of the load end, and from which no way leads back to the
+    /// part of the roads that has most of its stops.
     pub(super) fn warn_of_traps(&mut self) {
         let (roads, stops) = (self.steering.roads(), self.orders.load_stops());
         let mut of_parts: BTreeMap<u32, (usize, u32)> = BTreeMap::new();
