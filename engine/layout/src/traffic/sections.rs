@@ -51,13 +51,16 @@ pub struct Section {
     /// Whether two robots can exchange their places on it, if it has no ends: it is known of a
     /// path, and searched on sections of at most 16 nodes.
     pub exchange: Exchange,
-    /// The length of its tracks, in metres.
+    /// The length of all of its tracks, in metres.
     pub metres: f64,
+    /// The length of the way along its tracks from one end to the other, in metres; `None` if it
+    /// hasn't two ends, or has a ring.
+    pub between_ends: Option<f64>,
     /// The largest number of robots that stand at its nodes, other than its ends, without touching
     /// each other. A bound if a zone is there, which may allow fewer.
     pub at_nodes: Count,
-    /// The number of robots that stand in it behind each other, wherever they stop, with its ends
-    /// left free. It counts along the tracks, whatever their shape.
+    /// The number of robots that stand behind each other, wherever they stop, on one track as long
+    /// as all of its tracks, with its ends left free: the robots of a path.
     pub in_line: u32,
 }
 
@@ -186,11 +189,32 @@ fn section(passing: &Passing<'_>, zoned: &[bool], robot: &RobotType, found: &[u3
         exchange: exchange(passing, shape, &nodes, &ends),
         at_nodes,
         in_line: in_line(metres, ends.len(), robot),
+        between_ends: between_ends(tracks, found, shape, &ends),
         nodes: nodes.into_iter().map(NodeIndex).collect(),
         edges: edges.into_iter().map(EdgeIndex).collect(),
         ends: ends.into_iter().map(NodeIndex).collect(),
         metres,
     }
+}
+
+/// The length of the way along some tracks without a ring from one of two ends to the other.
+fn between_ends(tracks: &Tracks, found: &[u32], shape: Shape, ends: &[u32]) -> Option<f64> {
+    let &[start, goal] = ends else { return None };
+    if shape == Shape::Ring {
+        return None;
+    }
+    let mut open = vec![(start, u32::MAX, 0.0)];
+    while let Some((node, before, metres)) = open.pop() {
+        if node == goal {
+            return Some(metres);
+        }
+        let at = tracks.at(node).iter().copied();
+        for track in at.filter(|&track| track != before && found.binary_search(&track).is_ok()) {
+            let next = tracks.get(track);
+            open.push((next.other_end(node), track, metres + next.metres));
+        }
+    }
+    None
 }
 
 /// The shape of some tracks that are joined, with so many nodes.

@@ -70,7 +70,11 @@ impl Writer<'_> {
 
     pub fn section(&self, section: &Section) -> Remark {
         let Section { metres, at_nodes, in_line, .. } = section;
-        let holds = format!("it holds {} at its nodes, {in_line} in line", robots(*at_nodes));
+        let in_line = match section.shape {
+            Shape::Path => format!(", {in_line} in line"),
+            Shape::Tree | Shape::Ring => String::new(),
+        };
+        let holds = format!("it holds {} at its nodes{in_line}", robots(*at_nodes));
         let (topic, message) = match section.kind() {
             SectionKind::Through => (Topic::Section, self.through(section, &holds)),
             SectionKind::DeadEnd => (Topic::DeadEnd, self.dead_end(section, &holds)),
@@ -85,11 +89,19 @@ impl Writer<'_> {
 
     fn through(&self, section: &Section, holds: &str) -> String {
         let place = if section.shape == Shape::Path { "" } else { " on its tracks" };
+        let ends = self.nodes(&section.ends);
+        let track = match section.between_ends {
+            Some(metres) if section.shape == Shape::Tree => {
+                let branches = section.metres - metres;
+                format!(
+                    "single track of {metres:.1} m between {ends}, and {branches:.1} m beside it"
+                )
+            }
+            _ => format!("single track of {} between {ends}", length(section)),
+        };
         format!(
-            "single track of {:.1} m between {}: two robots can't pass each other{place}, {holds}; \
-             let robots in from one side at a time, or add a passing place or a second track",
-            section.metres,
-            self.nodes(&section.ends)
+            "{track}: two robots can't pass each other{place}, {holds}; let robots in from one \
+             side at a time, or add a passing place or a second track"
         )
     }
 
@@ -103,9 +115,9 @@ impl Writer<'_> {
             _ => "and robots can't pass each other on its tracks",
         };
         format!(
-            "dead end of {:.1} m from {} to {}: {holds}, {order}; let robots in one at a time, or \
-             lead the road on",
-            section.metres,
+            "dead end of {} from {} to {}: {holds}, {order}; let robots in one at a time, or lead \
+             the road on",
+            length(section),
             self.nodes(&section.ends),
             self.nodes(inside)
         )
@@ -113,10 +125,10 @@ impl Writer<'_> {
 
     fn with_ring(&self, section: &Section, holds: &str) -> String {
         format!(
-            "single track of {:.1} m with a ring, from {}, by {}: two robots can't pass each other \
-             on its tracks, {holds}; let robots drive the ring in one direction, or let them in \
-             one at a time",
-            section.metres,
+            "single track of {} with a ring, from {}, by {}: two robots can't pass each other on \
+             its tracks, {holds}; let robots drive the ring in one direction, or let them in one \
+             at a time",
+            length(section),
             self.nodes(&section.ends),
             self.nodes(&section.nodes)
         )
@@ -140,9 +152,9 @@ impl Writer<'_> {
             Shape::Path | Shape::Tree => "add a passing place",
         };
         format!(
-            "single track of {:.1} m without a passing place, {}: {can_pass}, {holds}; {remedy}, \
-             or a second track",
-            section.metres,
+            "single track of {} without a passing place, {}: {can_pass}, {holds}; {remedy}, or a \
+             second track",
+            length(section),
             self.nodes(&section.nodes)
         )
     }
@@ -180,6 +192,14 @@ impl Writer<'_> {
             duration(slow.seconds)
         );
         Remark::new(Topic::Slow, message).on(&[slow.leg.edge])
+    }
+}
+
+/// The length of the tracks of a section, in words.
+fn length(section: &Section) -> String {
+    match section.shape {
+        Shape::Path => format!("{:.1} m", section.metres),
+        Shape::Tree | Shape::Ring => format!("{:.1} m in all", section.metres),
     }
 }
 

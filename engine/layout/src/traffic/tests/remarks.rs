@@ -35,6 +35,20 @@ fn a_corridor_between_two_halls_is_a_section() {
 }
 
 #[test]
+fn a_spur_is_no_part_of_the_way_between_two_halls() {
+    let lines = lines(
+        "id,x,y\nW1,0,0\nW2,0,6\nW,3,3\nM,10,3\nS,10,3.4\nE,17,3\nE1,20,0\nE2,20,6\n\n\
+         from,to,speed\nW1,W2,1\nW2,W,1\nW,W1,1\nW,M,1\nM,W,1\nM,S,1\nS,M,1\nM,E,1\nE,M,1\n\
+         E,E1,1\nE1,E2,1\nE2,E,1\n",
+    );
+    assert_line(
+        &lines,
+        "section: single track of 14.0 m between `W`, `E`, and 0.4 m beside it: ",
+        &["two robots can't pass each other on its tracks", "it holds 1 robot at its nodes; let"],
+    );
+}
+
+#[test]
 fn a_dock_on_the_road_cuts_the_end_off() {
     let lines = lines(
         "id,x,y,role\nA,0,0,\nB,5,0,pick\nC,10,0,\nD,15,0,\n\nfrom,to,speed\n\
@@ -145,7 +159,7 @@ fn on_a_ring_robots_exchange_places_by_going_round() {
     let ring = "id,x,y\n1,0,0\n2,10,0\n3,10,10\n4,0,10\n\nfrom,to,speed\n\
                 1,2,1\n2,1,1\n2,3,1\n3,2,1\n3,4,1\n4,3,1\n4,1,1\n1,4,1\n";
     let said = lines(ring);
-    assert_line(&said, "section: single track of 40.0 m", &["places only by going round"]);
+    assert_line(&said, "section: single track of 40.0 m in all", &["places only by going round"]);
     assert!(!said.iter().any(|line| line.contains("ever pass")), "{said:#?}");
     let path = lines("id,x,y\n1,0,0\n2,9,0\n3,18,0\n\nfrom,to,speed\n1,2,1\n2,1,1\n2,3,1\n3,2,1\n");
     assert_line(&path, "section: single track of 18.0 m", &["no two robots can ever pass"]);
@@ -171,7 +185,7 @@ fn a_loop_at_its_end_is_no_dead_end() {
          A,B,1\nB,C,1\nC,A,1\nB,D,1\nD,B,1\nD,E,1\nE,D,1\nE,F,1\nF,E,1\nF,D,1\nD,F,1\n",
     );
     assert!(!said.iter().any(|line| line.contains("comes out first")), "{said:#?}");
-    assert_line(&said, "section: single track of 19.3 m with a ring, from `D`", &[]);
+    assert_line(&said, "section: single track of 19.3 m in all with a ring, from `D`", &[]);
 }
 
 #[test]
