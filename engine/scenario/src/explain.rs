@@ -68,7 +68,7 @@ fn place(path: &str) -> String {
 pub(super) const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
 
 /// The keys of a scenario.
-pub(super) const SCENARIO_KEYS: [&str; 14] = [
+pub(super) const SCENARIO_KEYS: [&str; 17] = [
     "graph",
     "layout",
     "rate",
@@ -76,9 +76,12 @@ pub(super) const SCENARIO_KEYS: [&str; 14] = [
     "seed",
     "warm_up",
     "nodes",
+    "doors",
+    "lifts",
     "robot_types",
     "robots",
     "disturbances",
+    "load",
     "plugins",
     "viewer",
     "lights",
@@ -171,6 +174,7 @@ fn shortened(text: &str) -> String {
 fn expected_value(expected: &str) -> String {
     match expected {
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more".to_owned(),
+        "a nonzero u32" => "a whole number, 1 or more".to_owned(),
         "f32" | "f64" => "a number".to_owned(),
         "a string" | "path string" => "a text".to_owned(),
         "a sequence" => "a list".to_owned(),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::marker::PhantomData;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -30,13 +31,13 @@ pub struct ScenarioFile {
     #[serde(default)]
     pub warm_up: f64,
     /// Roles and names of nodes instead of those in the graph, by the node's id or name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "distinct")]
     pub nodes: BTreeMap<Key, NodeEntry>,
     /// The times of doors instead of those in the graph, by name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "distinct")]
     pub doors: BTreeMap<Key, DoorEntry>,
     /// The times and the capacity of lifts instead of those in the graph, by name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "distinct")]
     pub lifts: BTreeMap<Key, LiftEntry>,
     /// The robot types; one default type if empty.
     #[serde(default)]
@@ -137,6 +138,36 @@ pub struct NodeEntry {
     pub role: Option<String>,
     /// The name.
     pub name: Option<String>,
+}
+
+/// Reads a map in which no key is given twice.
+fn distinct<'de, D, V>(deserializer: D) -> Result<BTreeMap<Key, V>, D::Error>
+where
+    D: Deserializer<'de>,
+    V: Deserialize<'de>,
+{
+    struct Entries<V>(PhantomData<V>);
+
+    impl<'de, V: Deserialize<'de>> de::Visitor<'de> for Entries<V> {
+        type Value = BTreeMap<Key, V>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a map (key: value)")
+        }
+
+        fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut entries = BTreeMap::new();
+            while let Some(key) = map.next_key::<Key>()? {
+                let name = key.to_string();
+                if entries.insert(key, map.next_value()?).is_some() {
+                    return Err(de::Error::custom(format!("{name} is given twice: remove one")));
+                }
+            }
+            Ok(entries)
+        }
+    }
+
+    deserializer.deserialize_map(Entries(PhantomData))
 }
 
 /// The times of a door. If absent, they are those of the graph.

@@ -226,6 +226,18 @@ fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program
         ("robots: 5", ":2: robots: 5 is given, but this must be a list"),
         ("rate: 5", ": robots is missing: add it"),
         ("rate: 5\nrate: 6\nrobots: [{node: 1}]", "rate is given twice: remove one"),
+        (
+            "robots: [{node: 1}]\nlifts: {a: {capacity: 0}}",
+            ":3: lifts, a, capacity: 0 is given, but this must be a whole number, 1 or more",
+        ),
+        (
+            "robots: [{node: 1}]\ndoors: {a: {}, b: {}, a: {}}",
+            ":3: doors: a is given twice: remove one",
+        ),
+        (
+            "robots: [{node: 1}]\nnodes: {1: {role: pick}, 1: {role: drop}}",
+            ":3: nodes: 1 is given twice: remove one",
+        ),
         ("Vertices: []", "this is a route graph, not a scenario"),
         ("Handles: b_at_origin", "this is a route graph, not a scenario"),
         ("robots: [", ":3: "),

@@ -6,9 +6,9 @@ use std::num::NonZeroU32;
 use glam::DVec2;
 use regatta_base::graph::{EdgeIndex, NodeIndex};
 
-use super::validate::to_radians;
+use super::validate::{MAX_COORDINATE, to_radians};
 use crate::model::facilities::{
-    Cabin, DEFAULT_LEVEL_SECS, Door, DoorTimes, Lift, LiftLevel, MAX_FACILITY_SECS,
+    Cabin, DEFAULT_LEVEL_SECS, Door, DoorTimes, Lift, LiftLevel, MAX_FACILITY_SECS, crossing,
 };
 use crate::model::finding::{Report, Subject};
 use crate::model::raw::{RawDoor, RawDoorTimes, RawGraph, RawLift};
@@ -42,10 +42,11 @@ pub(super) fn check_doors(
         if edges.is_empty() {
             check.error("leads along no edge: list the Edges that pass it");
         }
+        check.one_level(&edges);
         doors.push(Door {
             name: door.name.as_str().into(),
             edges: edges.into_iter().collect(),
-            line: door.line.map(|line| line.map(|point| point - origin)),
+            line: door.line.map(|line| check.line(line, origin)),
             times: check.door_times(door.times),
         });
     }
@@ -68,12 +69,16 @@ pub(super) fn check_lifts(
         check.unique(names.insert(lift.name.as_str()));
         let lift = check.lift(lift, origin, raw.degrees);
         for node in lift.levels.iter().flat_map(|level| &level.nodes) {
-            if let Some(other) = owners.insert(*node, lift.name.clone()) {
-                let id = graph.node(*node).id;
-                check.error(&format!(
+            let id = graph.node(*node).id;
+            match owners.insert(*node, lift.name.clone()) {
+                None => {}
+                Some(other) if other == lift.name => {
+                    check.error(&format!("lists node {id} twice: list it once"));
+                }
+                Some(other) => check.error(&format!(
                     "has node {id}, as lift `{}` does: a node is in one cabin",
                     shorten(&other)
-                ));
+                )),
             }
         }
         lifts.push(lift);
@@ -138,10 +143,50 @@ impl Check<'_, '_> {
     }
 
     fn cabin(&mut self, cabin: Cabin, origin: DVec2, degrees: bool) -> Cabin {
-        if !(cabin.size.is_finite() && cabin.size.cmpgt(DVec2::ZERO).all()) {
-            self.error("has no Width or no Depth: give both in metres, above 0");
+        let is_size = cabin.size.cmpgt(DVec2::ZERO).all() && is_in_range(cabin.size);
+        if !is_size {
+            self.error(&format!(
+                "has no Width or no Depth: give both in metres, above 0 and up to {MAX_COORDINATE}"
+            ));
         }
-        Cabin { centre: cabin.centre - origin, yaw: to_radians(cabin.yaw, degrees), ..cabin }
+        let centre = cabin.centre - origin;
+        if !is_in_range(centre) {
+            self.error(&format!("stands over {MAX_COORDINATE} m from the nodes: correct X and Y"));
+        }
+        Cabin { centre, yaw: to_radians(cabin.yaw, degrees), ..cabin }
+    }
+
+    fn line(&mut self, line: [DVec2; 2], origin: DVec2) -> [DVec2; 2] {
+        let line = line.map(|point| point - origin);
+        if !line.iter().all(|point| is_in_range(*point)) {
+            self.error(&format!("has a Line over {MAX_COORDINATE} m from the nodes: correct it"));
+        }
+        line
+    }
+
+    /// Checks that all edges of a door are on a level of its first edge.
+    fn one_level(&mut self, edges: &BTreeSet<EdgeIndex>) {
+        let Some(first) = edges.first() else { return };
+        let levels = self.levels_of(*first);
+        let other = edges
+            .iter()
+            .find(|&&edge| !self.levels_of(edge).into_iter().any(|level| levels.contains(&level)));
+        if let Some(&other) = other {
+            let [first, other] = [*first, other].map(|edge| self.graph.edge(edge).id);
+            self.error(&format!(
+                "leads along edges {first} and {other}, which are on different levels: make it a \
+                 door on each level"
+            ));
+        }
+    }
+
+    /// The levels of the ends of an edge; `None` for an end without a level.
+    fn levels_of(&self, edge: EdgeIndex) -> [Option<&str>; 2] {
+        let edge = self.graph.edge(edge);
+        [edge.origin, edge.destination].map(|node| {
+            let tags = self.graph.node(node).tags.as_ref();
+            tags.and_then(|tags| tags.level.as_deref())
+        })
     }
 
     /// Returns the edges between neighbouring levels.
@@ -198,13 +243,22 @@ impl Check<'_, '_> {
     }
 }
 
+/// Whether a point or an extent is within the range of coordinates.
+fn is_in_range(metres: DVec2) -> bool {
+    metres.is_finite() && metres.abs().max_element() <= MAX_COORDINATE
+}
+
 /// The nodes within this distance of a door in metres are too near: robots that wait there stand in
 /// it.
 const NEAR_DOOR: f64 = 0.3;
 
-/// Warns of doors at nodes, and of lifts in which levels aren't joined.
+/// Warns of doors at nodes, in lifts or beside their edges, and of lifts in which levels aren't
+/// joined.
 pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     for (door, raw) in graph.doors().iter().zip(&raw.doors) {
+        for problem in [in_a_lift(graph, door), beside_an_edge(graph, door)].into_iter().flatten() {
+            report.file_warning(raw.at, format!("door `{}` {problem}", shorten(&door.name)));
+        }
         let near = door.edges.iter().find_map(|edge| node_near(graph, door, *edge));
         if let Some(node) = near {
             let message = format!(
@@ -228,6 +282,26 @@ pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) 
             }
         }
     }
+}
+
+/// Tells that a door is on a ride, if it is: a lift has doors of its own.
+fn in_a_lift(graph: &RouteGraph, door: &Door) -> Option<String> {
+    let is_ride = |edge: &EdgeIndex| graph.lifts().iter().any(|lift| lift.rides.contains(edge));
+    let ride = door.edges.iter().find(|edge| is_ride(edge))?;
+    Some(format!(
+        "is on edge {}, which a lift rides: lifts have doors of their own; remove it",
+        graph.edge(*ride).id
+    ))
+}
+
+/// Tells the first edge that the line of a door doesn't cross, if there is one.
+fn beside_an_edge(graph: &RouteGraph, door: &Door) -> Option<String> {
+    let line = door.line?;
+    let beside = door.edges.iter().find(|edge| crossing(&graph.edge(**edge).path, line).is_none());
+    Some(format!(
+        "has a Line that doesn't cross edge {}: it stands in the middle of the edge",
+        graph.edge(*beside?).id
+    ))
 }
 
 /// Whether a ride joins a level with the next.
@@ -316,6 +390,23 @@ Vertices:
                 "lift `M` has node 3, as lift `L` does",
             ),
             ("Lifts:\n- {Name: L, Nodes: [2, 3], Width: 2}\n", "has no X: give one"),
+            ("Lifts:\n- {Name: L, Nodes: [2, 2, 3]}\n", "lift `L` lists node 2 twice"),
+            (
+                "Lifts:\n- {Name: L, Nodes: [2, 3], X: 0, Y: 0, Width: 1e300, Depth: 1}\n",
+                "has no Width or no Depth: give both in metres, above 0 and up to 8000",
+            ),
+            (
+                "Lifts:\n- {Name: L, Nodes: [2, 3], X: 9999, Y: 0, Width: 1, Depth: 1}\n",
+                "lift `L` stands over 8000 m from the nodes",
+            ),
+            (
+                "Doors:\n- {Name: d, Edges: [1], Line: [[1, 1e300], [1, 2]]}\n",
+                "door `d` has a Line over 8000 m from the nodes",
+            ),
+            (
+                "Doors:\n- {Name: d, Edges: [1, 3]}\n",
+                "door `d` leads along edges 1 and 3, which are on different levels",
+            ),
             ("Doors:\n- {Name: d, Edges: []}\n", "door `d` leads along no edge"),
             ("Doors:\n- {Name: d, Edges: [7]}\n", "door `d` names edge 7, which doesn't exist"),
             ("Doors:\n- {Name: d, Edges: [1], Line: [[1, 2]]}\n", "Line must have two points"),
@@ -333,6 +424,14 @@ Vertices:
         let (_, warnings) = read(near).expect("a plant");
         let is_near = |warning: &String| warning.contains("door `d` is within 0.3 m of node 2");
         assert!(warnings.iter().any(is_near), "{warnings:?}");
+        let beside = "Doors:\n- {Name: d, Edges: [1], Line: [[3, 1], [3, 2]]}\n";
+        let (_, warnings) = read(beside).expect("a plant");
+        let is_beside = |warning: &String| warning.contains("doesn't cross edge 1: it stands in");
+        assert!(warnings.iter().any(is_beside), "{warnings:?}");
+        let ride = "Lifts:\n- {Name: L, Nodes: [2, 3]}\nDoors:\n- {Name: d, Edges: [2]}\n";
+        let (_, warnings) = read(ride).expect("a plant");
+        let is_ride = |warning: &String| warning.contains("is on edge 2, which a lift rides");
+        assert!(warnings.iter().any(is_ride), "{warnings:?}");
         let apart = "Lifts:\n- {Name: L, Nodes: [3, 5]}\n";
         let (_, warnings) = read(apart).expect("a plant");
         let is_apart =

@@ -70,7 +70,7 @@ impl Door {
 }
 
 /// Returns the distance along a path at which it first crosses a segment.
-fn crossing(path: &Path, [start, end]: [DVec2; 2]) -> Option<f64> {
+pub(crate) fn crossing(path: &Path, [start, end]: [DVec2; 2]) -> Option<f64> {
     let mut driven = 0.0;
     for cubic in path.cubics() {
         let at = |chord: usize| cubic.position(chord as f64 / CHORDS as f64);

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::sync::Arc;
 
+use super::value::with_short_numbers;
+
 /// The largest number of listed findings of one severity. Further findings are only counted.
 pub const MAX_LISTED: usize = 10_000;
 
@@ -190,6 +192,7 @@ impl<'text> Report<'text> {
         *count += 1;
         if *count <= MAX_LISTED {
             let (file, line) = (self.file.clone(), self.lines.line(at));
+            let message = with_short_numbers(message);
             self.found.list.push(Finding { severity, kind, file, line, subject, message });
         }
     }

@@ -87,6 +87,45 @@ pub(crate) fn shorten(text: &str) -> String {
     format!("{start}{dots}")
 }
 
+/// The longest number that is written in full.
+const MOST_DIGITS: usize = 24;
+
+/// Writes the numbers of a message with exponents if they are too long to read: `1e300`.
+pub(crate) fn with_short_numbers(message: String) -> String {
+    let is_long = |run: &str| run.len() > MOST_DIGITS;
+    if !digits_and_others(&message).any(|(number, _)| is_long(number)) {
+        return message;
+    }
+    let mut short = String::new();
+    for (number, others) in digits_and_others(&message) {
+        match number.parse::<f64>() {
+            Ok(value) if is_long(number) => short.push_str(&format!("{value:e}")),
+            _ => short.push_str(number),
+        }
+        short.push_str(others);
+    }
+    short
+}
+
+/// Splits a text into its runs of digits and points, each with the text behind it.
+fn digits_and_others(mut text: &str) -> impl Iterator<Item = (&str, &str)> {
+    std::iter::from_fn(move || {
+        if text.is_empty() {
+            return None;
+        }
+        let (number, rest) =
+            text.split_at(text.find(|letter| !is_digit(letter)).unwrap_or(text.len()));
+        let (others, rest) = rest.split_at(rest.find(is_digit).unwrap_or(rest.len()));
+        text = rest;
+        Some((number, others))
+    })
+}
+
+/// Whether a letter is a part of a number without a sign.
+fn is_digit(letter: char) -> bool {
+    letter.is_ascii_digit() || letter == '.'
+}
+
 /// Returns a number of things in words.
 pub(crate) fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
@@ -100,5 +139,18 @@ pub(crate) fn duration(seconds: f64) -> String {
         (0, minutes) => format!("{minutes} min {} s", whole % 60),
         (hours, minutes) if hours < 48 => format!("{hours} h {} min", minutes % 60),
         (hours, _) => format!("{} days {} h", hours / 24, hours % 24),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_short_numbers;
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        let long = format!("X is -{} m, over 8000.5 m: {}", 1e300, 1e-300);
+        assert_eq!(with_short_numbers(long), "X is -1e300 m, over 8000.5 m: 1e-300");
+        let short = "X is 4294967295 and 1.2.3…, or 0.30000000000000004";
+        assert_eq!(with_short_numbers(short.to_owned()), short);
     }
 }
