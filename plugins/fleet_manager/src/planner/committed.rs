@@ -154,6 +154,20 @@ impl Committed {
         ahead.chain(rest).collect()
     }
 
+    /// Whether the committed way of another robot leads over what a robot blocks at the end of its
+    /// base.
+    fn is_in_way(&mut self, traffic: &Traffic<'_>, robot: u32) -> bool {
+        let (Some(state), Some(&end)) = (traffic.robot(robot), traffic.claims.end(robot)) else {
+            return false;
+        };
+        let blocked = self.blocks.of(traffic.roads, state.class.footprint, &end);
+        let own = self.keys_wanted(traffic, robot);
+        blocked.iter().any(|&key| {
+            let own = own.iter().filter(|wanted| **wanted == key).count();
+            usize::from(self.wanted[key as usize]) > own
+        })
+    }
+
     /// Puts all robots into the state, with `change` in place of one robot's commitment: its place
     /// and the way from there.
     fn set_state(&mut self, traffic: &Traffic<'_>, change: Option<(u32, Stretch, &[Leg])>) {
@@ -222,14 +236,7 @@ impl Planner for Committed {
     }
 
     fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {
-        let (state, end) = (traffic.robot(robot)?, *traffic.claims.end(robot)?);
-        let blocked = self.blocks.of(traffic.roads, state.class.footprint, &end);
-        let own = self.keys_wanted(traffic, robot);
-        let is_in_way = blocked.iter().any(|&key| {
-            let own = own.iter().filter(|wanted| **wanted == key).count();
-            usize::from(self.wanted[key as usize]) > own
-        });
-        if !is_in_way {
+        if !self.is_in_way(traffic, robot) {
             return None;
         }
         self.set_state(traffic, None);

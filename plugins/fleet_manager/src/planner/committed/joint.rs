@@ -11,6 +11,14 @@ const OPPOSING_JOINTLY_SECS: f32 = 30.0;
 /// The largest number of robots that change places with each other.
 const LONGEST_CHAIN: usize = 6;
 
+/// The way in which a robot takes a node.
+enum Taker {
+    /// It stands there, and doesn't go on.
+    Stands,
+    /// Its way ends there, behind its own goal or without one: it may end elsewhere.
+    Retires,
+}
+
 impl Committed {
     /// Gives robots without commitments such, where each of them keeps the others from getting one.
     pub(super) fn commit_lost(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
@@ -79,8 +87,8 @@ impl Committed {
         Vec::new()
     }
 
-    /// Lets a robot whose goal is taken change places with the robot that stands there, and with
-    /// the one at the goal of that one, and so on. Returns whether they do.
+    /// Lets a robot whose goal is taken change places with the robot that takes it, and with the one
+    /// that takes the goal of that one, and so on. Returns whether they do.
     pub(super) fn exchange(
         &mut self,
         traffic: &Traffic<'_>,
@@ -89,16 +97,15 @@ impl Committed {
     ) -> bool {
         let (mut chain, mut modest) = (vec![robot], Vec::new());
         while let Some(goal) = chain.last().and_then(|&last| traffic.robot(last)?.goal()) {
-            let at_goal = traffic.robots().find(|(other, _)| {
-                traffic.base_end(*other).is_some_and(|(_, node)| node == goal)
-                    && !self.goes_on(traffic, *other)
-            });
-            let Some((other, state)) = at_goal else { break };
-            if chain.contains(&other) {
+            let Some((other, taker)) = self.taker(traffic, goal) else { break };
+            let Some(state) = traffic.robot(other).filter(|_| !chain.contains(&other)) else {
                 break;
-            }
-            let is_busy = state.is_pinned() || state.goal() == Some(goal);
-            if !is_able(state) || is_busy || chain.len() >= LONGEST_CHAIN {
+            };
+            let stays = match taker {
+                Taker::Stands => state.is_pinned() || state.goal() == Some(goal),
+                Taker::Retires => false,
+            };
+            if !is_able(state) || stays || chain.len() >= LONGEST_CHAIN {
                 // The last one of the chain goes where it may stay, as its goal isn't left.
                 modest.extend(chain.last());
                 break;
@@ -106,6 +113,24 @@ impl Committed {
             chain.push(other);
         }
         chain.len() > 1 && self.commit_jointly(traffic, &chain, &modest, plans).is_empty()
+    }
+
+    /// The robot that takes a node as a goal for others.
+    fn taker(&self, traffic: &Traffic<'_>, node: u32) -> Option<(u32, Taker)> {
+        let stands = |robot: u32| {
+            traffic.base_end(robot).is_some_and(|(_, end)| end == node)
+                && !self.goes_on(traffic, robot)
+        };
+        let retires = |robot: u32, state: &Robot| {
+            state.goal() != Some(node)
+                && self.commitment(robot).is_some_and(|commitment| commitment.end == node)
+        };
+        let mut robots = traffic.robots();
+        robots.find_map(|(robot, state)| match (stands(robot), retires(robot, state)) {
+            (true, _) => Some((robot, Taker::Stands)),
+            (false, true) => Some((robot, Taker::Retires)),
+            (false, false) => None,
+        })
     }
 
     /// Returns a way for a robot as if all others without ways got one, too: to its goal, or else

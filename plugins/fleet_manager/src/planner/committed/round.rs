@@ -10,8 +10,8 @@ use crate::traffic::{Errand, Robot, Traffic};
 const ROUND_SECS: f64 = 0.5;
 /// The time after which a robot without an errand leaves a place that isn't its own, in seconds.
 const IDLE_SECS: f64 = 1.0;
-/// The time after which a robot that can't go to its goal yet drives to the end of its way, in
-/// seconds.
+/// The least time after which a robot that can't go to its goal yet drives to the end of its way,
+/// in seconds.
 const RETREAT_SECS: f64 = 2.0;
 /// The time after which a robot that waits looks for another way, in seconds.
 const REROUTE_SECS: f64 = 3.0;
@@ -199,7 +199,12 @@ impl Committed {
     ) {
         let has_route = !state.needs_route() && !state.horizon.is_empty();
         let goes_on = self.goes_on(traffic, robot);
-        if traffic.now - state.sent < RETREAT_SECS || has_route || !goes_on {
+        let waited_secs = traffic.now - state.sent;
+        if waited_secs < RETREAT_SECS || has_route || !goes_on {
+            return;
+        }
+        let is_needed = self.asked.contains_key(&robot) || self.is_in_way(traffic, robot);
+        if !is_needed && waited_secs < self.retreat_secs(traffic, robot) {
             return;
         }
         if let Some(commitment) = &mut self.commitments[robot as usize]
@@ -208,6 +213,26 @@ impl Committed {
             commitment.goal = None;
             commitment.sent = commitment.way.len();
             plans.route(robot, commitment.way.clone());
+        }
+    }
+
+    /// The driving time of a robot to the end of its way and back, in seconds. As long as it is in
+    /// nobody's way, it waits for so long before it drives there: it loses at most twice the time
+    /// that it would lose if it knew how long it has to wait (A. Karlin et al.: Competitive
+    /// snoopy caching, Algorithmica 3, 1988).
+    fn retreat_secs(&mut self, traffic: &Traffic<'_>, robot: u32) -> f64 {
+        let (Some(commitment), Some((_, node))) = (self.commitment(robot), traffic.base_end(robot))
+        else {
+            return 0.0;
+        };
+        let end = commitment.end;
+        let mut secs = |from: u32, to: u32| {
+            self.times.prepare(traffic.roads, to);
+            self.times.between(traffic.roads, from, to)
+        };
+        match (secs(node, end), secs(end, node)) {
+            (Some(there), Some(back)) => there + back,
+            _ => 0.0,
         }
     }
 

@@ -5,7 +5,7 @@ use crate::model::{Model, TICK_SECS, places, worlds};
 use crate::planner::{Planner, PlannerKind};
 use crate::roads::Roads;
 use crate::traffic::Robot;
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, WorldData};
 
 fn committed(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Committed::new(roads))
@@ -29,7 +29,7 @@ fn drive(name: &str, world: &WorldData, (robots, seed): (usize, u64), secs: u32)
 #[test]
 fn opposing_traffic_shares_a_track() {
     // As many robots as rest places hardly get on.
-    for (robots, fewest) in [(1, 10), (2, 10), (3, 10), (4, 10), (5, 10), (6, 2)] {
+    for (robots, fewest) in [(1, 10), (2, 10), (3, 10), (4, 10), (5, 10), (6, 1)] {
         let model = drive("track", &worlds::single_track(7), (robots, 1), 1_200);
         assert!(model.arrivals.iter().all(|&goals| goals >= fewest), "{:?}", model.arrivals);
     }
@@ -71,6 +71,27 @@ fn a_dead_end_is_left_before_it_is_entered() {
         let model = drive("stub", &worlds::ring_with_stub(3), (robots, 3), 1_200);
         assert!(model.arrivals.iter().all(|&goals| goals >= 4), "{:?}", model.arrivals);
     }
+}
+
+/// Robots that drive to and fro between a dock and a node of a ring, which also has a lay-by.
+fn from_dock_to_ring(robots: usize) -> u32 {
+    let points = [[10.0, 0.0], [30.0, 0.0], [30.0, 12.0], [10.0, 12.0], [0.0, 0.0], [0.0, 12.0]];
+    let ring = [[0, 1], [1, 2], [2, 3], [3, 0]];
+    let dead_ends = [[4, 0], [0, 4], [5, 3], [3, 5]];
+    let edges = [ring, dead_ends].concat();
+    let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Fixed(0.0));
+    let settings = PlannerKind::Committed.settings();
+    let mut model = Model::new(&world, &places(&world, robots, 1), 1, settings, committed);
+    model.stops = vec![4, 2];
+    model.run((3_600.0 / TICK_SECS) as u32);
+    println!("{robots}: {:?}", model.arrivals);
+    model.total()
+}
+
+#[test]
+fn a_robot_leaves_its_place_of_rest_to_one_whose_goal_it_is() {
+    let (one, two) = (from_dock_to_ring(1), from_dock_to_ring(2));
+    assert!(10 * two > 17 * one, "{two} goals of two robots, {one} of one");
 }
 
 /// Roads of two parts: robots in the smaller one have places to rest, too.
