@@ -172,6 +172,9 @@ impl Check {
         if !unused.is_empty() {
             let _ = writeln!(text, "not used      {}", unused.join(", "));
         }
+        if !text.is_empty() && !columns.have_times() {
+            text += "time          in no column: all orders come at time 0\n";
+        }
         text
     }
 }
@@ -216,7 +219,11 @@ fn cut_off(
     let nodes = stops.filter_map(|stop| places.find(&stop.location_name.to_string()));
     let wanted: BTreeSet<NodeIndex> = nodes.map(NodeIndex).collect();
     let wanted: Vec<NodeIndex> = wanted.into_iter().collect();
-    MainPart::around(graph, &wanted).map(|main| main.cut_off).unwrap_or_default()
+    match MainPart::around(graph, &wanted) {
+        Some(main) => main.cut_off,
+        // No road leads back to where it began: each node can be served once at most.
+        None => wanted.into_iter().map(|node| (node, CutOff::CannotBeLeft)).collect(),
+    }
 }
 
 /// Returns the stops of an order that robots can't drive to and back, with the line of the order.

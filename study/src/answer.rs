@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
 use crate::certificate::certificate;
-use crate::job::Ending;
+use crate::job::{Ending, Manager};
 use crate::outcome::{EdgeOutcome, Example, RunEnd, Stall};
 use crate::plan::{FleetType, Plan, Precision, Target, Variant};
 use crate::statistics::Interval;
@@ -80,6 +80,8 @@ pub struct VariantAnswer {
     pub is_load_made_up: bool,
     /// Whether orders are always open, so that the load is never the limit.
     pub is_load_endless: bool,
+    /// Whether Regatta's fleet manager steers the robots.
+    pub is_managed_by_regatta: bool,
     /// The reason why orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
     /// The robot types in use, with their numbers at the answer.
@@ -324,6 +326,7 @@ impl VariantAnswer {
             left_out: variant.left_out.clone(),
             is_load_made_up: variant.is_load_made_up(),
             is_load_endless: variant.is_load_endless(),
+            is_managed_by_regatta: matches!(variant.manager, Manager::BuiltIn(_)),
             other_stops: variant.other_stops.clone(),
             robot_types: Vec::new(),
             edges: variant.graph.edges().len(),

@@ -68,6 +68,28 @@ fn what_no_run_takes_is_a_line_too() {
 }
 
 #[test]
+fn stops_of_a_plant_that_no_robot_can_serve_twice_are_lines() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [day, plant] = ["day.csv", "plant.csv"].map(|name| folder.path().join(name));
+    fs::write(&day, "from,to\nA,C\nA,c\n").expect("written");
+    let one_way = "id,x,y\nA,0,0\nB,9,0\nC,18,0\n\nfrom,to,speed\nA,B,1\nB,C,1\n";
+    fs::write(&plant, one_way).expect("written");
+    let mut command = regatta();
+    command.args(["orders", "check"]).arg(day).arg("--plant").arg(plant);
+    let output = command.output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    for expected in [
+        "time          in no column: all orders come at time 0",
+        "line 2: stop 1: robots can't serve `A`, as no way leads back from it; connect it",
+        "line 2: stop 2: robots can't serve `C`, as no way leads back from it; connect it",
+        "line 3: stop 2: `c` is neither the name nor the id of a node; did you mean `C`?",
+    ] {
+        assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
+    }
+}
+
+#[test]
 fn hours_without_orders_share_a_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let day = folder.path().join("day.csv");

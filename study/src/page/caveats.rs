@@ -93,21 +93,25 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     ))
 }
 
-/// Tells why the robots of the knee are often without an order: the load, if they carry all orders
-/// that come, so that more can't carry more; or their batteries.
+/// Tells why the robots of the knee carry no more: the load, if they carry all orders that come; or
+/// why they are often without an order though orders wait.
 fn enough(variant: &VariantAnswer) -> Option<String> {
     let knee = variant.knee.as_ref()?;
     let point = variant.points.iter().find(|point| point.robots == knee.robots)?;
     let busy = point.utilisation?.mean;
-    if variant.is_load_endless || busy >= BUSY {
+    if variant.is_load_endless {
         return None;
     }
+    let is_busy = busy >= BUSY;
     let (robots, busy) = (robots_in_words(point.robots), busy * 100.0);
-    if carries_all(point) {
+    if carries_all(point, if is_busy { 0.0 } else { FEW_OPEN }) {
         return Some(format!(
             "**The load is the limit**: {robots} had an order {busy:.0} % of the time. The answer \
              is what came, not what they can carry."
         ));
+    }
+    if is_busy {
+        return None;
     }
     let open = point.open_orders.map_or(0.0, |open| open.mean);
     let mut parts = point.robot_time.iter();
@@ -127,13 +131,13 @@ fn enough(variant: &VariantAnswer) -> Option<String> {
 }
 
 /// Whether a number of robots carries nearly all orders that come: no more are open at the end than
-/// the robots carry then and a few that have just come, and none waited for long.
-fn carries_all(point: &PointAnswer) -> bool {
+/// the robots carry then and a part of all that have just come, and none waited for long.
+fn carries_all(point: &PointAnswer, just_come: f64) -> bool {
     let runs = point.runs.len() as f64;
     let open = point.open_orders.map_or(0.0, |open| open.mean);
     let carried = point.utilisation.map_or(0.0, |busy| busy.mean) * f64::from(point.robots);
     let came = (point.finished_orders + point.failed_orders) as f64 / runs + open;
-    point.unserved == 0 && open <= carried + FEW_OPEN * came
+    point.unserved == 0 && open <= carried + just_come * came
 }
 
 /// Tells the stalls of a variant, those of the fewest robots first.
@@ -168,7 +172,7 @@ pub(super) fn has_findings(answer: &Answer) -> bool {
     answer.variants.iter().any(|variant| variant.contacts > 0 || !variant.other_findings.is_empty())
 }
 
-/// The contacts and other findings of the validator.
+/// The contacts and other findings of the validator, and the manager under which they came about.
 pub(super) fn safety(answer: &Answer) -> String {
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
     let points = answer.variants.iter().flat_map(|variant| &variant.points);
@@ -185,13 +189,19 @@ pub(super) fn safety(answer: &Answer) -> String {
         true => "no other findings".to_owned(),
         false => format!("**other findings**: {}", others.join("; ")),
     };
+    let managed = match answer.variants.iter().any(|variant| variant.is_managed_by_regatta) {
+        true => {
+            " Regatta's fleet manager steered the robots: with another one, they may carry more."
+        }
+        false => "",
+    };
     match contacts {
         0 => format!(
             "No robot touched another in {runs} runs, as an independent validator judged them; \
-             {others}."
+             {others}.{managed}"
         ),
         count => format!(
-            "**Robots touched each other {count} times** in {runs} runs{}; {others}.",
+            "**Robots touched each other {count} times** in {runs} runs{}; {others}.{managed}",
             first_finding(answer, CONTACT)
         ),
     }

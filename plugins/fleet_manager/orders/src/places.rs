@@ -29,6 +29,14 @@ pub enum PlaceError {
     /// No place has the name or the id.
     #[error("`{0}` is neither the name nor the id of a node")]
     Unknown(String),
+    /// A place has the name in other letters.
+    #[error("`{name}` is neither the name nor the id of a node; did you mean `{similar}`?")]
+    OtherCase {
+        /// The name that no place has.
+        name: String,
+        /// The name of a place, which has small letters instead of capitals or the other way round.
+        similar: String,
+    },
     /// Several places have the name.
     #[error("several nodes have the name `{0}`; give the id of one")]
     Ambiguous(String),
@@ -121,7 +129,15 @@ impl Places {
         if self.repeated.contains(text) {
             return Err(PlaceError::Ambiguous(text.to_owned()));
         }
-        self.find(text).ok_or_else(|| PlaceError::Unknown(text.to_owned()))
+        self.find(text).ok_or_else(|| self.unknown(text))
+    }
+
+    fn unknown(&self, text: &str) -> PlaceError {
+        let (name, lower) = (text.to_owned(), text.to_lowercase());
+        match self.by_name.keys().find(|other| other.to_lowercase() == lower) {
+            Some(similar) => PlaceError::OtherCase { name, similar: similar.clone() },
+            None => PlaceError::Unknown(name),
+        }
     }
 
     /// Returns the node with an id of the route graph's file.

@@ -164,7 +164,7 @@ fn orders_of_the_warm_up_alone_are_no_throughput() {
 
 #[test]
 fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
-    let limit = |open_orders, charging| {
+    let limit = |utilisation, open_orders, charging| {
         let plan = plan_of(
             "2",
             "robots: [{count: 1, routes: none}]\n\
@@ -172,22 +172,24 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
         );
         let answer = answer_to(plan, |_, _| {
             let mut robot_time = [0.0; 8];
-            (robot_time[4], robot_time[7]) = (charging, 0.69 - charging);
+            (robot_time[4], robot_time[7]) = (charging, 1.0 - utilisation - charging);
             let run = measured(60.0);
             let robot_time = Some(robot_time);
-            Ok(Measured { utilisation: 0.31, finished_orders: 18, open_orders, robot_time, ..run })
+            Ok(Measured { utilisation, finished_orders: 18, open_orders, robot_time, ..run })
         });
         caveats(&answer).join("\n")
     };
-    assert!(limit(1, 0.42).contains("**The load is the limit**: 2 robots had an order 31 %"));
-    let charging = limit(9, 0.42);
+    assert!(limit(0.31, 1, 0.42).contains("**The load is the limit**: 2 robots had an order 31 %"));
+    assert!(limit(0.9, 1, 0.0).contains("**The load is the limit**: 2 robots had an order 90 %"));
+    assert_eq!(limit(0.9, 2, 0.0), "", "more orders wait than the robots carry");
+    let charging = limit(0.31, 9, 0.42);
     assert!(
         charging.contains(
             "**Charging is the limit**: 2 robots had an order 31 % of the time and charged 42 %"
         ),
         "{charging}"
     );
-    assert!(limit(9, 0.0).contains("**Orders waited**: 2 robots"));
+    assert!(limit(0.31, 9, 0.0).contains("**Orders waited**: 2 robots"));
 }
 
 #[test]

@@ -35,8 +35,8 @@ impl Meaning {
         (Self::Date, "date day datum tag"),
         (
             Self::Time,
-            "time release released releasetime releasedat created createdat timestamp datetime \
-             zeit uhrzeit zeitpunkt freigabe startzeit",
+            "time at start release released releasetime releasedat created createdat timestamp datetime \
+             starttime zeit uhrzeit zeitpunkt freigabe startzeit",
         ),
         (Self::Priority, "priority prio priorität prioritaet"),
         (Self::Earliest, "earliest earlieststart notbefore frühestens fruehestens"),
@@ -140,6 +140,11 @@ impl Columns {
     /// The headers and what they were guessed to mean.
     pub fn guessed(&self) -> impl Iterator<Item = (&str, Meaning)> {
         self.0.iter().filter_map(|(header, meaning)| Some((header.as_str(), (*meaning)?)))
+    }
+
+    /// Whether a column has the times of the orders.
+    pub fn have_times(&self) -> bool {
+        self.find(Meaning::Time).is_some()
     }
 
     /// The headers that aren't used.
