@@ -55,6 +55,8 @@ pub struct Committed {
     asked: BTreeMap<u32, Vec<u32>>,
     /// The robot that asked them: the one that was sent the longest ago.
     asks: Option<u32>,
+    /// By robot that waits for a way to its goal: the keys of that way.
+    wished: BTreeMap<u32, Vec<Key>>,
     /// By robot without an errand: since when, in simulated seconds.
     idle_since: BTreeMap<u32, f64>,
     /// By robot: when it was last tried to commit it to a way to its goal.
@@ -88,6 +90,7 @@ impl Committed {
             commitments: Vec::new(),
             asked: BTreeMap::new(),
             asks: None,
+            wished: BTreeMap::new(),
             idle_since: BTreeMap::new(),
             tried: BTreeMap::new(),
             wanted: vec![0; key_count(roads)],

@@ -1,8 +1,8 @@
 //! Commits one robot to a way.
 
-use super::Committed;
 use super::commitment::Commitment;
 use super::scene::Scene;
+use super::{Committed, keys_of};
 use crate::claims::Stretch;
 use crate::planner::{Bound, Plans, Search};
 use crate::roads::Leg;
@@ -30,6 +30,7 @@ impl Committed {
             }
             if let Some(way) = self.route_past_robots(traffic, state, &start, goal) {
                 self.ask(traffic, robot, &way);
+                self.wish(traffic, robot, &way);
             }
             return self.wait_near(traffic, robot, goal, &scene, plans);
         }
@@ -45,7 +46,14 @@ impl Committed {
                 return true;
             }
         }
+        self.wish(traffic, robot, &way);
         self.commit_part(traffic, &start, &way, &scene, plans)
+    }
+
+    /// Notes the way of a robot that waits for it.
+    fn wish(&mut self, traffic: &Traffic<'_>, robot: u32, way: &[Leg]) {
+        let keys = way.iter().flat_map(|&leg| keys_of(traffic.roads, leg)).collect();
+        self.wished.insert(robot, keys);
     }
 
     /// Commits a robot to a part of its way, which robots without ways block, and asks
@@ -65,6 +73,7 @@ impl Committed {
             return false;
         };
         self.ask(traffic, robot, &way);
+        self.wish(traffic, robot, &way);
         let free = way.iter().take_while(|leg| scene.cost(**leg).is_some()).count();
         // The robots in the way stand behind its end.
         self.commit_part(traffic, start, &way[..(free + 1).min(way.len())], scene, plans)

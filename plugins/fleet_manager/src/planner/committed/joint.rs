@@ -121,8 +121,11 @@ impl Committed {
             traffic.base_end(robot).is_some_and(|(_, end)| end == node)
                 && !self.goes_on(traffic, robot)
         };
+        // Where there are more robots than places of rest, each keeps its own.
+        let has_places = traffic.robots().count() <= self.rests.len();
         let retires = |robot: u32, state: &Robot| {
-            state.goal() != Some(node)
+            has_places
+                && state.goal() != Some(node)
                 && self.commitment(robot).is_some_and(|commitment| commitment.end == node)
         };
         let mut robots = traffic.robots();

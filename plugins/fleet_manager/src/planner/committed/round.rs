@@ -35,6 +35,7 @@ impl Committed {
         if is_round {
             self.asked.clear();
             self.asks = None;
+            self.wished.retain(|robot, _| traffic.robot(*robot).is_some_and(Robot::is_under_way));
         }
         for (_, robot) in due {
             let Some(state) = traffic.robot(robot) else { continue };
@@ -43,6 +44,7 @@ impl Committed {
             if !is_round && !is_new {
                 continue;
             }
+            self.wished.remove(&robot);
             let lets_pass = starved.is_some_and(|starved| self.lets_pass(traffic, robot, starved));
             self.tried.insert(robot, traffic.now);
             if let Some(way) = self.commitment(robot)
@@ -189,7 +191,8 @@ impl Committed {
     }
 
     /// Lets a robot that can't go to its goal yet drive to the end of its way, where it is in
-    /// nobody's way.
+    /// nobody's way: at once if another one needs its place, or there are fewer places of rest than
+    /// robots.
     pub(super) fn retreat(
         &mut self,
         traffic: &Traffic<'_>,
@@ -203,8 +206,13 @@ impl Committed {
         if waited_secs < RETREAT_SECS || has_route || !goes_on {
             return;
         }
-        let is_needed = self.asked.contains_key(&robot) || self.is_in_way(traffic, robot);
-        if !is_needed && waited_secs < self.retreat_secs(traffic, robot) {
+        let is_needed = self.rests.len() < traffic.robots().count()
+            || self.asked.contains_key(&robot)
+            || self.is_in_way(traffic, robot)
+            || self.is_in_wished_way(traffic, robot);
+        if let Some(goal) = state.goal().filter(|_| !is_needed)
+            && waited_secs < self.detour_secs(traffic, robot, goal)
+        {
             return;
         }
         if let Some(commitment) = &mut self.commitments[robot as usize]
@@ -216,22 +224,32 @@ impl Committed {
         }
     }
 
-    /// The driving time of a robot to the end of its way and back, in seconds. As long as it is in
-    /// nobody's way, it waits for so long before it drives there: it loses at most twice the time
-    /// that it would lose if it knew how long it has to wait (A. Karlin et al.: Competitive
-    /// snoopy caching, Algorithmica 3, 1988).
-    fn retreat_secs(&mut self, traffic: &Traffic<'_>, robot: u32) -> f64 {
+    /// Whether a robot stands where another one would drive that waits for a way.
+    fn is_in_wished_way(&mut self, traffic: &Traffic<'_>, robot: u32) -> bool {
+        let (Some(state), Some(&end)) = (traffic.robot(robot), traffic.claims.end(robot)) else {
+            return false;
+        };
+        let blocked = self.blocks.of(traffic.roads, state.class.footprint, &end);
+        let mut others = self.wished.iter().filter(|(other, _)| **other != robot);
+        others.any(|(_, wished)| wished.iter().any(|key| blocked.binary_search(key).is_ok()))
+    }
+
+    /// The driving time to a robot's goal that it loses if it drives to the end of its way first, in
+    /// seconds. As long as it is in nobody's way, it waits for so long before it drives there: it
+    /// loses at most twice as much as if it knew how long it has to wait (A. Karlin et al.:
+    /// Competitive snoopy caching, Algorithmica 3, 1988).
+    fn detour_secs(&mut self, traffic: &Traffic<'_>, robot: u32, goal: u32) -> f64 {
         let (Some(commitment), Some((_, node))) = (self.commitment(robot), traffic.base_end(robot))
         else {
             return 0.0;
         };
         let end = commitment.end;
-        let mut secs = |from: u32, to: u32| {
+        for to in [end, goal] {
             self.times.prepare(traffic.roads, to);
-            self.times.between(traffic.roads, from, to)
-        };
-        match (secs(node, end), secs(end, node)) {
-            (Some(there), Some(back)) => there + back,
+        }
+        let secs = |from: u32, to: u32| self.times.between(traffic.roads, from, to);
+        match (secs(node, end), secs(end, goal), secs(node, goal)) {
+            (Some(to_end), Some(from_there), Some(direct)) => to_end + from_there - direct,
             _ => 0.0,
         }
     }
