@@ -87,8 +87,8 @@ impl Committed {
         Vec::new()
     }
 
-    /// Lets a robot whose goal is taken change places with the robot that takes it, and with the one
-    /// that takes the goal of that one, and so on. Returns whether they do.
+    /// Lets a robot whose goal is taken change places with the robot that takes it, and with the
+    /// one that takes the goal of that one, and so on. Returns whether they do.
     pub(super) fn exchange(
         &mut self,
         traffic: &Traffic<'_>,
@@ -117,23 +117,26 @@ impl Committed {
 
     /// The robot that takes a node as a goal for others.
     fn taker(&self, traffic: &Traffic<'_>, node: u32) -> Option<(u32, Taker)> {
-        let stands = |robot: u32| {
-            traffic.base_end(robot).is_some_and(|(_, end)| end == node)
-                && !self.goes_on(traffic, robot)
-        };
-        // Where there are more robots than places of rest, each keeps its own.
-        let has_places = traffic.robots().count() <= self.rests.len();
-        let retires = |robot: u32, state: &Robot| {
-            has_places
-                && state.goal() != Some(node)
-                && self.commitment(robot).is_some_and(|commitment| commitment.end == node)
-        };
-        let mut robots = traffic.robots();
-        robots.find_map(|(robot, state)| match (stands(robot), retires(robot, state)) {
-            (true, _) => Some((robot, Taker::Stands)),
-            (false, true) => Some((robot, Taker::Retires)),
-            (false, false) => None,
+        traffic.robots().find_map(|(robot, state)| {
+            if self.stands_at(traffic, robot, node) {
+                Some((robot, Taker::Stands))
+            } else if self.retires_to(traffic, robot, state, node) {
+                Some((robot, Taker::Retires))
+            } else {
+                None
+            }
         })
+    }
+
+    fn stands_at(&self, traffic: &Traffic<'_>, robot: u32, node: u32) -> bool {
+        traffic.base_end(robot).is_some_and(|(_, end)| end == node) && !self.goes_on(traffic, robot)
+    }
+
+    /// Whether the way of a robot ends at a node that isn't its goal, and may end elsewhere: where
+    /// there are more robots than places of rest, each keeps its own.
+    fn retires_to(&self, traffic: &Traffic<'_>, robot: u32, state: &Robot, node: u32) -> bool {
+        let is_end = self.commitment(robot).is_some_and(|commitment| commitment.end == node);
+        is_end && state.goal() != Some(node) && traffic.robots().count() <= self.rests.len()
     }
 
     /// Returns a way for a robot as if all others without ways got one, too: to its goal, or else

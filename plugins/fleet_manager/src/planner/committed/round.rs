@@ -234,9 +234,9 @@ impl Committed {
         others.any(|(_, wished)| wished.iter().any(|key| blocked.binary_search(key).is_ok()))
     }
 
-    /// The driving time to a robot's goal that it loses if it drives to the end of its way first, in
-    /// seconds. As long as it is in nobody's way, it waits for so long before it drives there: it
-    /// loses at most twice as much as if it knew how long it has to wait (A. Karlin et al.:
+    /// The driving time to a robot's goal that it loses if it drives to the end of its way first,
+    /// in seconds. As long as it is in nobody's way, it waits for so long before it drives there:
+    /// it loses at most twice as much as if it knew how long it has to wait (A. Karlin et al.:
     /// Competitive snoopy caching, Algorithmica 3, 1988).
     fn detour_secs(&mut self, traffic: &Traffic<'_>, robot: u32, goal: u32) -> f64 {
         let (Some(commitment), Some((_, node))) = (self.commitment(robot), traffic.base_end(robot))
@@ -247,8 +247,9 @@ impl Committed {
         for to in [end, goal] {
             self.times.prepare(traffic.roads, to);
         }
-        let secs = |from: u32, to: u32| self.times.between(traffic.roads, from, to);
-        match (secs(node, end), secs(end, goal), secs(node, goal)) {
+        let [to_end, from_there, direct] = [(node, end), (end, goal), (node, goal)]
+            .map(|(from, to)| self.times.between(traffic.roads, from, to));
+        match (to_end, from_there, direct) {
             (Some(to_end), Some(from_there), Some(direct)) => to_end + from_there - direct,
             _ => 0.0,
         }
