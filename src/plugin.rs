@@ -75,6 +75,14 @@ const PLUGINS: &[BuiltIn] = &[
         make: Some(|args| Ok(Box::new(regatta_record::plugin(args)?))),
         add_options: regatta_record::RecordArgs::augment_args,
     },
+    #[cfg(feature = "ros2")]
+    BuiltIn {
+        name: "ros2",
+        about: "Make the fleet part of ROS 2: poses, markers, goals, simulation services",
+        run: |args| regatta_ros2::run_from(args),
+        make: None,
+        add_options: |_| regatta_ros2::Cli::command(),
+    },
     BuiltIn {
         name: "traffic",
         about: "Publish figures of each edge: throughput, speed, waiting",
@@ -253,6 +261,8 @@ mod tests {
             ("fleet-manager", &["--no-such-option"]),
             ("metrics", &["--csv=x.csv"]),
             ("record", &["-o", "x.mcap"]),
+            #[cfg(feature = "ros2")]
+            ("ros2", &["--network", "all"]),
             ("traffic", &["--summary", "--parquet", "x"]),
             ("udp", &["--to", "192.0.2.1:9001"]),
             ("udp-source", &["--listen", "0.0.0.0:9001"]),
