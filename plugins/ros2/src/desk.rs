@@ -7,12 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use regatta_plugin::{Control, FleetName, Participant, Result, Subscriber, WorldReader, tell};
 use ros2_client::Subscription;
 
-use crate::link::{Keep, Link, LinkError, Logger, Output};
+use crate::link::{Keep, Link, LinkError, Logger, Output, taken};
 use crate::map::Map;
 use crate::message::geometry::{Clock, Float64, PoseStamped};
 use crate::navigation::Navigation;
@@ -24,6 +24,8 @@ use crate::steering::Steering;
 
 /// The longest time between two looks for requests.
 const CYCLE: Duration = Duration::from_millis(10);
+/// The shortest time between two messages of `/clock`: a fast run has thousands of ticks a second.
+const CLOCK_EVERY: Duration = Duration::from_millis(4);
 /// Bytes of a `/clock` message, about.
 const CLOCK_BYTES: usize = 16;
 
@@ -74,7 +76,7 @@ impl Counter {
         tasks: Option<Tasks>,
     ) -> std::result::Result<Self, LinkError> {
         let clock = link.output("/clock", Keep::Nothing, CLOCK_BYTES)?;
-        let logger = link.logger();
+        let logger = link.logger()?;
         if cli.read_only {
             return Ok(Self { clock, logger, requests: None });
         }
@@ -124,6 +126,8 @@ impl Desk {
 /// The state of the desk's thread.
 struct Attendant {
     clock: Output<Clock>,
+    /// The last message of `/clock`: when it was published, and its time.
+    clock_published: (Instant, Option<Duration>),
     requests: Option<FleetRequests>,
     robots: Vec<Inputs>,
     frames: Subscriber,
@@ -139,6 +143,7 @@ impl Attendant {
         let participant = Participant::join(fleet, "ros2-desk")?;
         Ok(Self {
             clock: counter.clock,
+            clock_published: (Instant::now(), None),
             requests: counter.requests,
             robots: Vec::new(),
             frames: Subscriber::open_on(&participant)?,
@@ -179,6 +184,10 @@ impl Attendant {
         }
         if let Some(frame) = self.frames.wait(CYCLE)? {
             self.snapshot = Snapshot::of(&frame, self.map.origin());
+        }
+        let (published, time) = self.clock_published;
+        if time != Some(self.snapshot.sim_time) && published.elapsed() >= CLOCK_EVERY {
+            self.clock_published = (Instant::now(), Some(self.snapshot.sim_time));
             self.clock.publish(Clock { clock: self.snapshot.stamp() });
         }
         Ok(())
@@ -204,18 +213,17 @@ impl Attendant {
 
     fn take_goals(&mut self) {
         for inputs in &self.robots {
-            // What can't be decoded is skipped.
-            while let Ok(Some((goal, _))) = inputs.goals.take() {
-                let sent = match self.map.goal(&goal) {
-                    Ok(place) => {
-                        let sent = self.steering.send(inputs.robot, place.node);
-                        sent.map_err(|error| error.to_string())
-                    }
-                    Err(error) => Err(error.to_string()),
-                };
-                if let Err(reason) = sent {
-                    self.steering.log_refusal("goal", inputs.robot, &reason);
+            // Those before the last one are outdated.
+            let Some(goal) = taken(&inputs.goals).pop() else { continue };
+            let sent = match self.map.goal(&goal) {
+                Ok(place) => {
+                    let sent = self.steering.send(inputs.robot, place.node);
+                    sent.map_err(|error| error.to_string())
                 }
+                Err(error) => Err(error.to_string()),
+            };
+            if let Err(reason) = sent {
+                self.steering.log_refusal("goal", inputs.robot, &reason);
             }
         }
     }
@@ -223,7 +231,7 @@ impl Attendant {
 
 impl FleetRequests {
     fn serve(&mut self, control: &mut Control, fleet: &mut Fleet<'_>) {
-        while let Ok(Some((Float64 { data: speed }, _))) = self.speed.take() {
+        for Float64 { data: speed } in taken(&self.speed) {
             if let Err(error) = control.speed(speed as f32) {
                 fleet.steering.log("speed", &error.to_string());
             }

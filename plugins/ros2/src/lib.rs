@@ -11,6 +11,7 @@
 
 mod desk;
 mod diagnostics;
+mod floor;
 mod link;
 mod map;
 mod message;

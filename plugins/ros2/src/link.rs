@@ -3,6 +3,7 @@
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use regatta_plugin::tell;
 use ros2_client::action::{ActionServer, ActionServerQosPolicies};
@@ -13,19 +14,22 @@ use ros2_client::dds::rustdds::{
 use ros2_client::error::{CreateError, WriteError};
 use ros2_client::qos::{QosProfile, WhenFull};
 use ros2_client::{
-    ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeCreateError,
-    NodeLoggingHandle, NodeName, NodeOptions, Publisher, Server, ServiceMapping, ServiceTypeName,
-    Subscription,
+    ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeCreateError, NodeName,
+    NodeOptions, Publisher, RmwRequestId, Server, ServiceMapping, ServiceTypeName, Subscription,
 };
 
 use crate::message::Typed;
+use crate::message::geometry::{Log, Time};
 use crate::options::Namespace;
 
 /// The bytes of messages to a topic that may wait for readers that don't answer. A reader that is
 /// stopped counts as gone after twenty seconds or so; until then messages wait for it.
 const WAITING_BYTES: usize = 32 << 20;
 /// The most messages that wait.
-const MOST_WAITING: usize = 2_048;
+const MOST_WAITING: usize = 8_192;
+
+/// The name of the node.
+const NODE: &str = "regatta";
 
 /// The error of connecting to ROS 2.
 #[derive(Debug, thiserror::Error)]
@@ -71,9 +75,9 @@ impl Link {
         let participant = builder.build().map_err(|error| failed(error.into()))?;
         let number = participant.participant_id();
         let context = Context::from_domain_participant(participant).map_err(failed)?;
-        let name = NodeName::new(&namespace.absolute(), "regatta")
+        let name = NodeName::new(&namespace.absolute(), NODE)
             .map_err(|error| CreateError::BadParameter { reason: error.to_string() })?;
-        let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options)?;
         tell_ports(domain, number, networks);
         let refused = Arc::default();
@@ -81,8 +85,8 @@ impl Link {
     }
 
     /// A logger, whose messages arrive on `/rosout`.
-    pub fn logger(&self) -> Logger {
-        Logger { handle: self.node.logging_handle() }
+    pub fn logger(&mut self) -> Result<Logger, LinkError> {
+        Ok(Logger { output: self.output("/rosout", Keep::Newest, LOG_BYTES)? })
     }
 
     /// The number of messages that couldn't be published, as readers didn't take those before.
@@ -188,6 +192,26 @@ impl Link {
     }
 }
 
+/// Messages of a topic, or requests of a service, that are taken before others have their turn.
+const AT_ONCE: usize = 16;
+
+/// Takes the messages that have come, the oldest first. What can't be decoded is left out.
+pub(crate) fn taken<M: Message + 'static>(input: &Subscription<M>) -> Vec<M> {
+    let messages = (0..AT_ONCE).map_while(|_| input.take().transpose());
+    messages.filter_map(|message| message.ok().map(|(message, _)| message)).collect()
+}
+
+/// Takes the requests that have come. One that can't be decoded has no answer in ROS: its client
+/// runs into its time limit.
+pub(crate) fn asked<Q, A>(server: &Server<Q, A>) -> Vec<(RmwRequestId, Q)>
+where
+    Q: Message + 'static,
+    A: Message + 'static,
+{
+    let requests = (0..AT_ONCE).map_while(|_| server.receive_request().transpose());
+    requests.filter_map(Result::ok).collect()
+}
+
 /// The quality of service of a published topic: reliable, as the displays of RViz want it, and never
 /// waited for.
 fn qos(keep: Keep, bytes: usize) -> QosPolicies {
@@ -258,14 +282,24 @@ impl<M: Message> Output<M> {
     }
 }
 
+/// Bytes of a message to the log, about.
+const LOG_BYTES: usize = 200;
+
 /// Writes to the log of ROS 2.
 pub(crate) struct Logger {
-    handle: NodeLoggingHandle,
+    output: Output<Log>,
 }
 
 impl Logger {
-    /// Writes a warning.
-    pub fn warn(&self, text: &str) {
-        ros2_client::rosout!(self.handle, ros2_client::log::LogLevel::Warn, "{text}");
+    /// Writes a warning. Its time is that of the machine.
+    pub fn warn(&mut self, text: &str) {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        self.output.publish(Log {
+            stamp: Time::after(now),
+            level: Log::WARN,
+            name: NODE.to_owned(),
+            msg: text.to_owned(),
+            ..Log::default()
+        });
     }
 }

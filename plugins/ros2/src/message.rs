@@ -36,3 +36,6 @@ macro_rules! messages {
     )* };
 }
 use messages;
+
+#[cfg(test)]
+mod tests;

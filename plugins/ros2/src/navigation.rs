@@ -17,7 +17,7 @@ use ros2_client::dds::rustdds::serialization::{
 };
 use serde::Deserialize;
 
-use crate::link::{Link, LinkError};
+use crate::link::{Link, LinkError, asked};
 use crate::map::Place;
 use crate::message::geometry::{Duration, Header, PoseStamped};
 use crate::message::navigation::{
@@ -117,13 +117,13 @@ impl Navigation {
 
     /// Takes requests, and follows the robot to its goal.
     pub fn serve(&mut self, fleet: &mut Fleet<'_>) {
-        while let Ok(Some((request, goal))) = self.server.receive_goal() {
+        for (request, goal) in asked(self.server.goal_server()) {
             let accepted = self.take_goal(goal.goal_id, &goal.goal, fleet);
             let response = SendGoalResponse { accepted, stamp: RosTime::now() };
             tell_failure(self.server.send_goal_response(request, response));
             self.publish_statuses();
         }
-        while let Ok(Some((request, cancellation))) = self.server.receive_cancel_request() {
+        for (request, cancellation) in asked(self.server.cancel_server()) {
             let response = self.cancel(&cancellation, fleet);
             tell_failure(self.server.send_cancel_response(request, response));
         }
@@ -192,8 +192,8 @@ impl Navigation {
     }
 
     fn take_result_requests(&mut self) {
-        while let Ok(Some((request, asked))) = self.server.receive_result_request() {
-            let goal = self.goals.iter_mut().find(|goal| goal.id == asked.goal_id);
+        for (request, question) in asked(self.server.result_server()) {
+            let goal = self.goals.iter_mut().find(|goal| goal.id == question.goal_id);
             let response = match goal {
                 Some(goal) if goal.is_active() => {
                     if goal.waiting.len() < MOST_WAITING {

@@ -2,6 +2,7 @@
 
 use std::net::Ipv4Addr;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Parser;
@@ -31,12 +32,16 @@ pub struct Cli {
     /// Interfaces to use, by their IPv4 addresses, or 'all'
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", value_delimiter = ',')]
     pub network: Vec<Network>,
+    /// Publish this map of the ROS map server (YAML) as an occupancy grid
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub map: Option<PathBuf>,
     /// Let nobody steer the fleet: no goals, no services
     #[arg(long)]
     pub read_only: bool,
     /// Publish fleet, doors and lifts as Open-RMF has them, and take its requests
     #[arg(long)]
     pub open_rmf: bool,
+    /// The options of every plugin.
     #[command(flatten)]
     pub options: regatta_plugin::Options,
 }

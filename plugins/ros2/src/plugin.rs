@@ -7,7 +7,9 @@ use regatta_plugin::{Frame, Participant, Plugin, Rate, Result, World, tell};
 
 use crate::desk::{Counter, Desk, Inputs};
 use crate::diagnostics::Diagnostics;
-use crate::link::{Link, LinkError};
+use crate::floor;
+use crate::link::{Link, LinkError, Output};
+use crate::message::display::OccupancyGrid;
 use crate::open_rmf::{States, Tasks};
 use crate::options::Cli;
 use crate::poses::Poses;
@@ -39,6 +41,8 @@ struct Ros2 {
     scene: Scene,
     diagnostics: Diagnostics,
     open_rmf: Option<States>,
+    /// Held for nodes that join later.
+    _floor: Option<Output<OccupancyGrid>>,
     /// Until the desk has it.
     counter: Option<Counter>,
     desk: Option<Desk>,
@@ -51,6 +55,7 @@ struct Ros2 {
 
 impl Ros2 {
     fn open(cli: Cli) -> Result<Self> {
+        let floor = cli.map.as_deref().map(floor::read).transpose()?;
         let mut link = Link::open(cli.domain()?, &cli.networks(), &cli.namespace)?;
         let poses = Poses::open(&mut link, &cli.namespace, &cli.frames)?;
         let scene = Scene::open(&mut link, &cli.namespace)?;
@@ -62,13 +67,14 @@ impl Ros2 {
         let chosen = cli.robots.0.start;
         Ok(Self {
             cli,
-            link,
             poses,
             scene,
             diagnostics,
             open_rmf,
+            _floor: floor.map(|grid| floor::publish(grid, &mut link)).transpose()?,
             counter: Some(counter),
             desk: None,
+            link,
             origin: [0.0; 2],
             snapshot: Snapshot::default(),
             published: Instant::now(),

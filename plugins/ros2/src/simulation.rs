@@ -10,7 +10,7 @@ use regatta_plugin::{Control, ControlError, FleetName, tell};
 use regex::Regex;
 use ros2_client::{Message, RmwRequestId, Server};
 
-use crate::link::{Link, LinkError};
+use crate::link::{Link, LinkError, asked};
 use crate::map::Map;
 use crate::message::geometry::{Header, Vector3};
 use crate::message::simulation::*;
@@ -103,7 +103,7 @@ impl Simulation {
     }
 
     fn take_spawns(&mut self, fleet: &mut Fleet<'_>) {
-        while let Ok(Some((request, spawn))) = self.spawn.receive_request() {
+        for (request, spawn) in asked(&self.spawn) {
             let given = robot_to_spawn(&spawn, fleet.map).and_then(|(kind, node)| {
                 let command =
                     |commands: &mut regatta_plugin::Commands| commands.spawn_at_node(kind, node);
@@ -118,7 +118,7 @@ impl Simulation {
     }
 
     fn take_deletions(&mut self, fleet: &mut Fleet<'_>) {
-        while let Ok(Some((request, EntityRequest { entity }))) = self.delete.receive_request() {
+        for (request, EntityRequest { entity }) in asked(&self.delete) {
             let given = find(&entity, fleet.snapshot).and_then(|robot| {
                 let given = fleet.steering.give(robot.id, |commands| commands.remove(robot.id));
                 given.map_err(|error| Result::failed(code::OPERATION_FAILED, error))
@@ -167,8 +167,7 @@ impl Simulation {
     }
 
     fn take_steps(&mut self, control: &mut Control, fleet: &FleetName) {
-        while let Ok(Some((request, StepSimulationRequest { steps }))) = self.step.receive_request()
-        {
+        for (request, StepSimulationRequest { steps }) in asked(&self.step) {
             if let Err(result) = self.steps.start(request, steps, control, fleet) {
                 respond(&self.step, request, ResultResponse { result });
             }
@@ -245,12 +244,8 @@ fn answer<Q: Message + 'static, A: Message + 'static>(
     server: &Server<Q, A>,
     mut answer: impl FnMut(Q) -> A,
 ) {
-    loop {
-        match server.receive_request() {
-            Ok(Some((request, question))) => respond(server, request, answer(question)),
-            // A malformed request has no answer in ROS: its client runs into its time limit.
-            Ok(None) | Err(_) => return,
-        }
+    for (request, question) in asked(server) {
+        respond(server, request, answer(question));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Times, headers and geometry: `builtin_interfaces`, `std_msgs`, `geometry_msgs`, `tf2_msgs`.
+//! Times, headers, logs and geometry: `builtin_interfaces`, `rcl_interfaces`, `std_msgs`, `geometry_msgs`, `tf2_msgs`.
 
 use std::time::Duration as StdDuration;
 
@@ -21,6 +21,16 @@ super::messages! {
     std_msgs struct Header {
         stamp: Time,
         frame_id: String,
+    }
+
+    rcl_interfaces struct Log {
+        stamp: Time,
+        level: u8,
+        name: String,
+        msg: String,
+        file: String,
+        function: String,
+        line: u32,
     }
 
     std_msgs struct Float64 {
@@ -114,6 +124,11 @@ impl Time {
         let sec = i32::try_from(duration.as_secs()).unwrap_or(i32::MAX);
         Self { sec, nanosec: duration.subsec_nanos() }
     }
+}
+
+impl Log {
+    /// The level of warnings.
+    pub const WARN: u8 = 30;
 }
 
 impl Duration {

@@ -5,7 +5,7 @@ use regatta_plugin::order::NO_ROBOT;
 use ros2_client::Subscription;
 
 use super::Tasks;
-use crate::link::{Link, LinkError};
+use crate::link::{Link, LinkError, taken};
 use crate::map::Map;
 use crate::message::geometry::Pose;
 use crate::message::open_rmf::{
@@ -38,26 +38,26 @@ impl Requests {
 
     /// Takes what has come. Requests of other fleets are not for this one.
     pub fn serve(&mut self, fleet: &mut Fleet<'_>) {
-        while let Ok(Some((request, _))) = self.paths.take() {
+        for request in taken(&self.paths) {
             if request.fleet_name == self.fleet_name {
                 let outcome = self.take_path(&request, fleet);
                 log(fleet, "path", &request.robot_name, outcome);
             }
         }
-        while let Ok(Some((request, _))) = self.modes.take() {
+        for request in taken(&self.modes) {
             if request.fleet_name == self.fleet_name {
                 let outcome = self.take_mode(&request, fleet);
                 log(fleet, "mode", &request.robot_name, outcome);
             }
         }
-        while let Ok(Some((request, _))) = self.doors.take() {
+        for request in taken(&self.doors) {
             if let Some(door) = fleet.map.doors.iter().find(|it| it.name == request.door_name) {
                 let edge = door.edge;
                 let outcome = take_door(request.requested_mode.value, edge, fleet);
                 log(fleet, "request of door", &request.door_name, outcome);
             }
         }
-        while let Ok(Some((request, _))) = self.lifts.take() {
+        for request in taken(&self.lifts) {
             let outcome = take_lift(&request, fleet);
             log(fleet, "request of lift", &request.lift_name, outcome);
         }
