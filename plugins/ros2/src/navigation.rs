@@ -283,8 +283,9 @@ mod tests {
     use super::*;
 
     fn goal(number: u8, accepted: i64) -> Goal {
-        let mut id = GoalId::ZERO;
-        id.uuid = id.uuid.into_bytes().map(|_| number).into();
+        let bytes = [number; 16];
+        let id = deserialize_from_cdr_with_rep_id(&bytes, RepresentationIdentifier::CDR_LE);
+        let (id, _): (GoalId, usize) = id.expect("sixteen bytes");
         Goal {
             id,
             accepted: RosTime::from_nanos(accepted),
