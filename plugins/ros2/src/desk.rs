@@ -18,7 +18,7 @@ use crate::message::geometry::{Clock, Float64, PoseStamped};
 use crate::navigation::Navigation;
 use crate::open_rmf::{Requests, Tasks};
 use crate::options::{Cli, robot_name};
-use crate::simulation::{Fleet, Simulation};
+use crate::simulation::Simulation;
 use crate::snapshot::Snapshot;
 use crate::steering::Steering;
 
@@ -29,7 +29,14 @@ const CLOCK_EVERY: Duration = Duration::from_millis(4);
 /// Bytes of a `/clock` message, about.
 const CLOCK_BYTES: usize = 16;
 
-/// What a robot of its own topics takes.
+/// The fleet, as a request sees it.
+pub(crate) struct Fleet<'desk> {
+    pub map: &'desk Map,
+    pub snapshot: &'desk Snapshot,
+    pub steering: &'desk mut Steering,
+}
+
+/// What a robot takes on topics of its own.
 pub(crate) struct Inputs {
     robot: u32,
     goals: Subscription<PoseStamped>,

@@ -6,8 +6,8 @@
 //!   commands, control ◀── desk ◀── goals, services ──┘
 //! ```
 //!
-//! `poses`, `scene` and `diagnostics` publish, on the thread of the plugin. The `desk` takes what others
-//! want, on a thread of its own: there it may wait for the engine or the fleet manager.
+//! `poses`, `scene` and `diagnostics` publish, on the thread of the plugin. The `desk` takes what
+//! others want, on a thread of its own: there it may wait for the engine or the fleet manager.
 
 mod desk;
 mod diagnostics;

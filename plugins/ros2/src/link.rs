@@ -73,15 +73,18 @@ impl Link {
             builder = builder.with_only_networks(networks.iter().copied().map(IpAddr::V4));
         }
         let participant = builder.build().map_err(|error| failed(error.into()))?;
-        let number = participant.participant_id();
         let context = Context::from_domain_participant(participant).map_err(failed)?;
         let name = NodeName::new(&namespace.absolute(), NODE)
             .map_err(|error| CreateError::BadParameter { reason: error.to_string() })?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options)?;
-        tell_ports(domain, number, networks);
         let refused = Arc::default();
         Ok(Self { node, context, namespace: namespace.clone(), refused })
+    }
+
+    /// The number of the participant on this machine, which its ports follow from.
+    pub fn number(&self) -> u16 {
+        self.context.domain_participant().participant_id()
     }
 
     /// A logger, whose messages arrive on `/rosout`.
@@ -212,8 +215,8 @@ where
     requests.filter_map(Result::ok).collect()
 }
 
-/// The quality of service of a published topic: reliable, as the displays of RViz want it, and never
-/// waited for.
+/// The quality of service of a published topic: reliable, as the displays of RViz want it, and
+/// never waited for.
 fn qos(keep: Keep, bytes: usize) -> QosPolicies {
     let waiting = (WAITING_BYTES / bytes.max(1)).clamp(4, MOST_WAITING) as i32;
     let durability = match keep {
@@ -238,18 +241,19 @@ fn service_qos() -> QosProfile {
         .history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
 
-/// Says where DDS listens, and that it can't be kept to an interface.
-fn tell_ports(domain: u16, number: u16, networks: &[Ipv4Addr]) {
+/// Says where DDS listens, and that it can't be kept to an interface. `number` is that of the
+/// participant on this machine.
+pub(crate) fn tell_ports(domain: u16, number: u16, networks: &[Ipv4Addr], can: &str) {
     let base = 7_400 + 250 * u32::from(domain);
-    let (discovery, data) = (base + 10 + 2 * u32::from(number), base + 11 + 2 * u32::from(number));
+    let ports = [0, 1, 10 + 2 * u32::from(number), 11 + 2 * u32::from(number)];
+    let ports = ports.map(|port| (base + port).to_string()).join(", ");
     let on = match networks {
         [] => "all interfaces".to_owned(),
         networks => networks.iter().map(Ipv4Addr::to_string).collect::<Vec<_>>().join(", "),
     };
     tell!(
-        "ros2: in domain {domain} on {on}; DDS binds its UDP ports {base}, {}, {discovery} and {data} \
-         on all interfaces all the same, and has no passwords: who reaches them can steer the fleet",
-        base + 1
+        "ros2: in domain {domain} on {on}; DDS binds its UDP ports {ports} on all interfaces all \
+         the same, and has no passwords: who reaches them can {can} the fleet"
     );
 }
 

@@ -1,4 +1,5 @@
-//! The layout as the desk knows it: nodes on the map of the layout's file, robot types, doors, lifts.
+//! The layout as the desk knows it: nodes on the map of the layout's file, robot types, doors and
+//! lifts.
 
 use regatta_plugin::World;
 

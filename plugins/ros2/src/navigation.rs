@@ -17,6 +17,7 @@ use ros2_client::dds::rustdds::serialization::{
 };
 use serde::Deserialize;
 
+use crate::desk::Fleet;
 use crate::link::{Link, LinkError, asked};
 use crate::map::Place;
 use crate::message::geometry::{Duration, Header, PoseStamped};
@@ -25,7 +26,6 @@ use crate::message::navigation::{
 };
 use crate::options::robot_name;
 use crate::poses::MAP;
-use crate::simulation::Fleet;
 use crate::snapshot::{Robot, Snapshot};
 use crate::steering::Refusal;
 

@@ -12,10 +12,12 @@ const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 /// The highest domain: higher ones have no UDP ports.
 const MAX_DOMAIN: u16 = 232;
 
+const RATE_HELP: &str = "Frames per second to publish, or 'all' [default: 10]";
+
 /// Make the fleet part of ROS 2
 #[derive(Parser, Clone, Debug)]
 #[command(name = "ros2", max_term_width = 100)]
-#[command(mut_arg("rate", |rate| rate.help("Frames per second to publish, or 'all' [default: 10]")))]
+#[command(mut_arg("rate", |rate| rate.help(RATE_HELP)))]
 pub struct Cli {
     /// Domain of ROS 2, 0 to 232 [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_parser = clap::value_parser!(u16).range(..=i64::from(MAX_DOMAIN)))]

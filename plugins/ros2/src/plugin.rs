@@ -8,7 +8,7 @@ use regatta_plugin::{Frame, Participant, Plugin, Rate, Result, World, tell};
 use crate::desk::{Counter, Desk, Inputs};
 use crate::diagnostics::Diagnostics;
 use crate::floor;
-use crate::link::{Link, LinkError, Output};
+use crate::link::{Link, LinkError, Output, tell_ports};
 use crate::message::display::OccupancyGrid;
 use crate::open_rmf::{States, Tasks};
 use crate::options::Cli;
@@ -56,7 +56,10 @@ struct Ros2 {
 impl Ros2 {
     fn open(cli: Cli) -> Result<Self> {
         let floor = cli.map.as_deref().map(floor::read).transpose()?;
-        let mut link = Link::open(cli.domain()?, &cli.networks(), &cli.namespace)?;
+        let (domain, networks) = (cli.domain()?, cli.networks());
+        let mut link = Link::open(domain, &networks, &cli.namespace)?;
+        let can = if cli.read_only { "read" } else { "steer" };
+        tell_ports(domain, link.number(), &networks, can);
         let poses = Poses::open(&mut link, &cli.namespace, &cli.frames)?;
         let scene = Scene::open(&mut link, &cli.namespace)?;
         let diagnostics = Diagnostics::open(&mut link, &cli.namespace)?;

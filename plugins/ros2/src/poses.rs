@@ -41,6 +41,8 @@ pub(crate) struct Poses {
     before: Snapshot,
     /// The number of robots of which one is published, as last told.
     step: usize,
+    /// Whether the user was told that robots have no frame.
+    has_told_frames: bool,
 }
 
 impl Poses {
@@ -58,6 +60,7 @@ impl Poses {
             headings: Headings::default(),
             before: Snapshot::default(),
             step: 1,
+            has_told_frames: false,
         })
     }
 
@@ -132,6 +135,10 @@ impl Poses {
     fn publish_transforms(&mut self, snapshot: &Snapshot) {
         let robots = snapshot.robots.iter().filter(|robot| self.frames.0.contains(&robot.id));
         let robots: Vec<_> = robots.collect();
+        let left_out = snapshot.robots.len() - robots.len();
+        if left_out > 0 && !std::mem::replace(&mut self.has_told_frames, true) {
+            tell!("ros2: {left_out} robots have no frame in /tf; --frames chooses those that have");
+        }
         let header = Header::new(&snapshot.stamp(), MAP);
         for robots in robots.chunks(TRANSFORMS) {
             let transforms = robots.iter().map(|robot| self.transform(robot, &header)).collect();

@@ -1,43 +1,28 @@
 //! The services of `simulation_interfaces`, as simulators of single robots have them, and `pause`.
 
-use std::sync::mpsc::{Receiver, Sender, channel};
+mod entities;
+mod steps;
+
 use std::time::{Duration, Instant};
 
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::order::NO_ROBOT;
 use regatta_plugin::{Control, ControlError, FleetName, tell};
-use regex::Regex;
 use ros2_client::{Message, RmwRequestId, Server};
 
+use crate::desk::Fleet;
 use crate::link::{Link, LinkError, asked};
-use crate::map::Map;
-use crate::message::geometry::{Header, Vector3};
 use crate::message::simulation::*;
-use crate::options::{robot_name, robot_number};
-use crate::poses::MAP;
-use crate::snapshot::{Robot, Snapshot};
-use crate::steering::{Refusal, Steering};
+use crate::options::robot_name;
+use crate::steering::Refusal;
+use entities::{entities, entity_state, features, find, robot_to_spawn};
+use steps::Steps;
 
 const PACKAGE: &str = "simulation_interfaces";
-/// Robots, among the categories of entities.
-const ROBOT: u8 = 1;
-/// Kinds of [`Bounds`].
-const NO_BOUNDS: u8 = 0;
-const BOX: u8 = 1;
-const SPHERE: u8 = 3;
 /// The time that a robot's spawn or removal may take before it is answered: a paused fleet carries
 /// commands out at its next tick.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// The longest pattern of names, in bytes.
-const MAX_PATTERN_BYTES: usize = 1_000;
-
-/// The fleet, as a request sees it.
-pub(crate) struct Fleet<'desk> {
-    pub map: &'desk Map,
-    pub snapshot: &'desk Snapshot,
-    pub steering: &'desk mut Steering,
-}
 
 /// The services.
 pub(crate) struct Simulation {
@@ -178,67 +163,6 @@ impl Simulation {
     }
 }
 
-/// Steps on a thread of their own, as they may take long.
-struct Steps {
-    sender: Sender<(RmwRequestId, Result)>,
-    receiver: Receiver<(RmwRequestId, Result)>,
-    is_stepping: bool,
-}
-
-impl Default for Steps {
-    fn default() -> Self {
-        let (sender, receiver) = channel();
-        Self { sender, receiver, is_stepping: false }
-    }
-}
-
-impl Steps {
-    fn start(
-        &mut self,
-        request: RmwRequestId,
-        steps: u64,
-        control: &mut Control,
-        fleet: &FleetName,
-    ) -> std::result::Result<(), Result> {
-        let failed = |reason: &str| Err(Result::failed(code::OPERATION_FAILED, reason));
-        if self.is_stepping {
-            return failed("steps of another request are being made");
-        }
-        match control.status() {
-            Ok(status) if status.clock == ClockState::Paused as u32 => {}
-            Ok(_) => return failed("the simulation isn't paused"),
-            Err(error) => return failed(&error.to_string()),
-        }
-        let (sender, fleet) = (self.sender.clone(), fleet.clone());
-        let thread = std::thread::Builder::new().name("steps".to_owned()).spawn(move || {
-            // Without a receiver the plugin has ended.
-            let _ = sender.send((request, step(&fleet, steps)));
-        });
-        if let Err(error) = thread {
-            return failed(&error.to_string());
-        }
-        self.is_stepping = true;
-        Ok(())
-    }
-
-    fn done(&mut self) -> Vec<(RmwRequestId, Result)> {
-        let done: Vec<_> = self.receiver.try_iter().collect();
-        self.is_stepping &= done.is_empty();
-        done
-    }
-}
-
-fn step(fleet: &FleetName, steps: u64) -> Result {
-    let opened = Control::open(fleet);
-    let stepped = opened.map_err(|error| error.to_string()).and_then(|mut control| {
-        control.step(steps).map_err(|error: ControlError| error.to_string())
-    });
-    match stepped {
-        Ok(_) => Result::ok(),
-        Err(reason) => Result::failed(code::OPERATION_FAILED, reason),
-    }
-}
-
 /// Answers all requests of a service at once.
 fn answer<Q: Message + 'static, A: Message + 'static>(
     server: &Server<Q, A>,
@@ -266,130 +190,6 @@ fn respond_spawn(
     entity_name: String,
 ) {
     respond(server, request, SpawnEntityResponse { result, entity_name });
-}
-
-fn features() -> SimulatorFeatures {
-    SimulatorFeatures {
-        features: vec![
-            feature::SPAWNING,
-            feature::DELETING,
-            feature::ENTITY_CATEGORIES,
-            feature::ENTITY_BOUNDS_BOX,
-            feature::ENTITY_STATE_GETTING,
-            feature::SIMULATION_STATE_GETTING,
-            feature::SIMULATION_STATE_SETTING,
-            feature::SIMULATION_STATE_PAUSE,
-            feature::STEP_SIMULATION_SINGLE,
-            feature::STEP_SIMULATION_MULTIPLE,
-        ],
-        spawn_formats: Vec::new(),
-        custom_info: "Regatta: the uri of a robot is the name of its type".to_owned(),
-    }
-}
-
-/// The robots that filters admit.
-fn entities(filters: &EntityFilters, snapshot: &Snapshot) -> GetEntitiesResponse {
-    let is_admitted = match filter(filters) {
-        Ok(is_admitted) => is_admitted,
-        Err(result) => return GetEntitiesResponse { result, entities: Vec::new() },
-    };
-    let robots = snapshot.robots.iter().filter(|robot| is_admitted(robot));
-    let entities = robots.map(|robot| robot_name(robot.id)).collect();
-    GetEntitiesResponse { result: Result::ok(), entities }
-}
-
-/// Returns a test of robots.
-fn filter(filters: &EntityFilters) -> std::result::Result<impl Fn(&Robot) -> bool + '_, Result> {
-    let unsupported = |reason: &str| Err(Result::failed(code::FEATURE_UNSUPPORTED, reason));
-    let Bounds { r#type: kind, points } = &filters.bounds;
-    match (*kind, points.len()) {
-        _ if !filters.tags.tags.is_empty() => return unsupported("robots have no tags"),
-        (NO_BOUNDS, _) | (BOX | SPHERE, 2) => {}
-        _ => return unsupported("bounds are a box or a sphere, of two points"),
-    }
-    if filters.filter.len() > MAX_PATTERN_BYTES {
-        return unsupported("the pattern of names is too long");
-    }
-    let pattern = match Regex::new(&filters.filter) {
-        Ok(pattern) => (!filters.filter.is_empty()).then_some(pattern),
-        Err(error) => return Err(Result::failed(code::OPERATION_FAILED, error)),
-    };
-    let categories = &filters.categories;
-    let has_robots = categories.is_empty() || categories.iter().any(|it| it.category == ROBOT);
-    Ok(move |robot: &Robot| {
-        has_robots
-            && is_within(robot, *kind, points)
-            && pattern.as_ref().is_none_or(|pattern| pattern.is_match(&robot_name(robot.id)))
-    })
-}
-
-/// Whether a robot's position is within bounds, on the ground.
-fn is_within(robot: &Robot, kind: u8, points: &[Vector3]) -> bool {
-    let (Some(first), Some(second)) = (points.first(), points.get(1)) else { return true };
-    let is_between =
-        |at: f64, one: f64, other: f64| (one.min(other)..=one.max(other)).contains(&at);
-    match kind {
-        BOX => is_between(robot.x, first.x, second.x) && is_between(robot.y, first.y, second.y),
-        SPHERE => (robot.x - first.x).hypot(robot.y - first.y) <= second.x,
-        _ => true,
-    }
-}
-
-/// The robot that is meant by a name.
-fn find<'snapshot>(
-    entity: &str,
-    snapshot: &'snapshot Snapshot,
-) -> std::result::Result<&'snapshot Robot, Result> {
-    let robot = robot_number(entity).and_then(|robot| snapshot.robot(robot));
-    robot.ok_or_else(|| {
-        Result::failed(code::NOT_FOUND, format_args!("no robot is called '{entity}'"))
-    })
-}
-
-fn entity_state(entity: &str, snapshot: &Snapshot) -> GetEntityStateResponse {
-    match find(entity, snapshot) {
-        Ok(robot) => GetEntityStateResponse {
-            result: Result::ok(),
-            state: EntityState {
-                header: Header::new(&snapshot.stamp(), MAP),
-                pose: robot.pose(),
-                twist: robot.twist_on_map(),
-                ..EntityState::default()
-            },
-        },
-        Err(result) => GetEntityStateResponse { result, ..Default::default() },
-    }
-}
-
-/// The type and the node of a robot to spawn.
-fn robot_to_spawn(
-    request: &SpawnEntityRequest,
-    map: &Map,
-) -> std::result::Result<(u32, u32), Result> {
-    let SpawnEntityRequest { entity_resource: Resource { uri, resource_string }, .. } = request;
-    if !request.allow_renaming {
-        let reason = "robots are called robot_N; ask for it with allow_renaming";
-        return Err(Result::failed(code::NAME_INVALID, reason));
-    }
-    if uri.is_empty() && !resource_string.is_empty() {
-        let reason = "robots are spawned by the name of their type, as uri";
-        return Err(Result::failed(code::UNSUPPORTED_FORMAT, reason));
-    }
-    let kind = match map.robot_types.iter().position(|name| name == uri) {
-        Some(kind) => kind,
-        None if uri.is_empty() => 0,
-        None => {
-            let known = map.robot_types.join(", ");
-            let reason = format_args!("no robot type is called '{uri}'; there are {known}");
-            return Err(Result::failed(code::UNSUPPORTED_FORMAT, reason));
-        }
-    };
-    let mut pose = request.initial_pose.clone();
-    if pose.header.frame_id == "world" {
-        pose.header.frame_id.clear();
-    }
-    let place = map.goal(&pose).map_err(|error| Result::failed(code::INVALID_POSE, error))?;
-    Ok((kind as u32, place.node))
 }
 
 fn simulation_state(control: &mut Control) -> GetSimulationStateResponse {
@@ -438,62 +238,4 @@ fn pause(is_wanted: bool, control: &mut Control) -> SetBoolResponse {
     let done = if is_wanted { control.pause() } else { control.resume() };
     let message = done.as_ref().err().map(ToString::to_string).unwrap_or_default();
     SetBoolResponse { success: done.is_ok(), message }
-}
-
-#[cfg(test)]
-mod tests {
-    use regatta_plugin::frame::{NO_EDGE, RobotState};
-
-    use super::*;
-
-    fn snapshot() -> Snapshot {
-        let robot = |id| Robot {
-            id,
-            x: f64::from(id),
-            y: 0.0,
-            theta: 0.0,
-            speed: 0.0,
-            edge: NO_EDGE,
-            state: RobotState::Idle,
-        };
-        Snapshot { robots: (0..12).map(robot).collect(), ..Snapshot::default() }
-    }
-
-    fn names(filters: &EntityFilters) -> Vec<String> {
-        entities(filters, &snapshot()).entities
-    }
-
-    #[test]
-    fn entities_are_filtered() {
-        assert_eq!(names(&EntityFilters::default()).len(), 12);
-        let pattern =
-            |filter: &str| EntityFilters { filter: filter.to_owned(), ..Default::default() };
-        assert_eq!(names(&pattern("^robot_1[01]$")), ["robot_10", "robot_11"]);
-        let wrong = entities(&pattern("("), &snapshot());
-        assert_eq!((wrong.result.result, wrong.entities.len()), (code::OPERATION_FAILED, 0));
-        let point = |x, y| Vector3 { x, y, z: 0.0 };
-        let bounds = |r#type, points| EntityFilters {
-            bounds: Bounds { r#type, points },
-            ..Default::default()
-        };
-        assert_eq!(names(&bounds(SPHERE, vec![point(4.0, 0.0), point(1.5, 0.0)])).len(), 3);
-        assert_eq!(names(&bounds(BOX, vec![point(9.0, 1.0), point(2.5, -1.0)])).len(), 7);
-        let hull = entities(&bounds(2, vec![point(0.0, 0.0); 3]), &snapshot());
-        assert_eq!(hull.result.result, code::FEATURE_UNSUPPORTED);
-        let humans = EntityFilters {
-            categories: vec![EntityCategory { category: 2 }],
-            ..Default::default()
-        };
-        assert!(names(&humans).is_empty());
-    }
-
-    #[test]
-    fn unknown_entities_are_not_found() {
-        let found = entity_state("robot_3", &snapshot());
-        assert_eq!((found.result.result, found.state.pose.position.x), (code::OK, 3.0));
-        for name in ["robot_12", "robot_03", "", "\u{0}"] {
-            let state = entity_state(name, &snapshot());
-            assert_eq!(state.result.result, code::NOT_FOUND, "{name}");
-        }
-    }
 }

@@ -1,4 +1,5 @@
-//! Times, headers, logs and geometry: `builtin_interfaces`, `rcl_interfaces`, `std_msgs`, `geometry_msgs`, `tf2_msgs`.
+//! Times, headers, logs and geometry: `builtin_interfaces`, `rcl_interfaces`, `rosgraph_msgs`,
+//! `std_msgs`, `geometry_msgs`, `tf2_msgs`.
 
 use std::time::Duration as StdDuration;
 

@@ -5,6 +5,7 @@ use regatta_plugin::order::NO_ROBOT;
 use ros2_client::Subscription;
 
 use super::Tasks;
+use crate::desk::Fleet;
 use crate::link::{Link, LinkError, taken};
 use crate::map::Map;
 use crate::message::geometry::Pose;
@@ -12,7 +13,6 @@ use crate::message::open_rmf::{
     DoorRequest, LiftRequest, Location, ModeRequest, PathRequest, door_mode, lift, robot_mode,
 };
 use crate::options::robot_number;
-use crate::simulation::Fleet;
 
 /// The topics.
 pub(crate) struct Requests {
