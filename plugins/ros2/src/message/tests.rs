@@ -89,7 +89,9 @@ fn samples() -> Vec<(String, Vec<u8>, Value)> {
         return Vec::new();
     };
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/layouts.py");
-    let output = Command::new(python).arg(script).output().expect("Python starts");
+    let mut command = Command::new(python);
+    command.arg(script).env("PYTHONDONTWRITEBYTECODE", "1");
+    let output = command.output().expect("Python starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).expect("UTF-8");
     let samples = text.lines().map(|line| {
