@@ -75,6 +75,14 @@ const PLUGINS: &[BuiltIn] = &[
         make: Some(|args| Ok(Box::new(regatta_record::plugin(args)?))),
         add_options: regatta_record::RecordArgs::augment_args,
     },
+    #[cfg(feature = "ros2")]
+    BuiltIn {
+        name: "ros2",
+        about: "Make the fleet part of ROS 2: poses, markers, goals, simulation services",
+        run: |args| regatta_ros2::run_from(args),
+        make: None,
+        add_options: |_| regatta_ros2::Cli::command(),
+    },
     BuiltIn {
         name: "traffic",
         about: "Publish figures of each edge: throughput, speed, waiting",
@@ -128,10 +136,14 @@ pub fn is_built_in(name: &str) -> bool {
     PLUGINS.iter().any(|plugin| plugin.name == name)
 }
 
-/// Whether arguments make a built-in plugin do more than take part in its fleet: they name a file,
-/// an address, or something that isn't known.
+/// Whether a built-in plugin does more with these arguments than take part in its fleet: they name a
+/// file, an address, or something that isn't known, or it opens a network without any.
 pub fn reaches_out(name: &str, args: &[String]) -> bool {
     let Some(plugin) = PLUGINS.iter().find(|plugin| plugin.name == name) else { return false };
+    // DDS opens ports to everybody, whatever the options.
+    if name == "ros2" {
+        return true;
+    }
     if args.is_empty() {
         return false;
     }
@@ -253,6 +265,8 @@ mod tests {
             ("fleet-manager", &["--no-such-option"]),
             ("metrics", &["--csv=x.csv"]),
             ("record", &["-o", "x.mcap"]),
+            #[cfg(feature = "ros2")]
+            ("ros2", &[]),
             ("traffic", &["--summary", "--parquet", "x"]),
             ("udp", &["--to", "192.0.2.1:9001"]),
             ("udp-source", &["--listen", "0.0.0.0:9001"]),

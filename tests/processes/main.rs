@@ -27,6 +27,8 @@ mod readers;
 mod record;
 mod replay;
 mod report;
+#[cfg(feature = "ros2")]
+mod ros2;
 mod routes;
 mod shared_memory;
 mod strangers;

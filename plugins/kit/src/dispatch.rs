@@ -77,7 +77,8 @@ impl Dispatcher {
         Ok(Self { participant, events, commands, timeout })
     }
 
-    /// Sends a command without waiting for its [answer](Self::answers). Returns its token.
+    /// Sends a command without waiting for its [answer](Self::answers). Returns its token. One that
+    /// can't be sent is dropped.
     ///
     /// # Errors
     /// [`CommandError`].
@@ -86,7 +87,7 @@ impl Dispatcher {
         command: impl FnOnce(&mut Commands) -> u64,
     ) -> Result<u64, CommandError> {
         let token = command(&mut self.commands);
-        self.commands.send()?;
+        self.commands.send().inspect_err(|_| self.commands.clear())?;
         Ok(token)
     }
 
