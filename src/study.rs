@@ -64,7 +64,7 @@ pub struct StudyArgs {
     #[arg(long, value_name = "NAME=VALUES", help_heading = QUESTION)]
     vary: Vec<Axis>,
     /// Command line of a manager of your own, which gets --fleet; compared with ours and the bound.
-    /// With --vda5050, of a master, with {host}, {port}, {user} and {vehicles}
+    /// With --vda5050, of a master, with {broker}, {host}, {port}, {user} and {vehicles} in it
     #[arg(long, value_name = "COMMAND", help_heading = QUESTION)]
     manager: Option<String>,
     /// Add the bound: the same robots, driving through each other

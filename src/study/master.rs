@@ -7,6 +7,7 @@ mod http;
 mod live_run;
 mod load;
 mod site;
+mod start;
 mod template;
 
 use std::collections::BTreeMap;
@@ -18,8 +19,8 @@ use clap::Args;
 use regatta_plugin::Termination;
 use regatta_study::certificate::most_robots;
 use regatta_study::master::{MasterAnswer, MasterPlan, MasterPoint, MasterRun, Verdict, sweep};
-use regatta_study::page::{master_content, master_title};
-use regatta_study::plan::{Precision, Robots, RunTime, Variant, is_study, robots_in_words};
+use regatta_study::page::{master_content, master_title, vehicles_in_words};
+use regatta_study::plan::{Precision, Robots, RunTime, Variant, is_study};
 use regatta_study::store::check_folder;
 use regatta_vda5050::broker::BrokerUrl;
 
@@ -217,7 +218,7 @@ fn repeats(
 ) -> (Vec<MasterRun>, Result<(), RunError>) {
     let mut runs = Vec::new();
     for repeat in 1..=plan.repeats {
-        let name = format!("{}, run {repeat} of {}", robots_in_words(vehicles), plan.repeats);
+        let name = format!("{}, run {repeat} of {}", vehicles_in_words(vehicles), plan.repeats);
         regatta_plugin::tell!("{name}: {} s in real time", plan.time.secs);
         let live = LiveRun { plan, site, vehicles, repeat, termination };
         match live.measure() {

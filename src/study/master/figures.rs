@@ -2,7 +2,7 @@
 
 use regatta_study::master::{Base, Breach, RawFigures, Transport};
 use regatta_study::outcome::examples;
-use regatta_vda5050::judge::Report;
+use regatta_vda5050::judge::{Report, Rule};
 use regatta_vda5050::meter::{BaseWait, Figures};
 use serde_json::Value;
 
@@ -63,7 +63,8 @@ fn base(site: &Site<'_>, wait: &BaseWait) -> Base {
 fn breaches(report: &Report) -> Vec<Breach> {
     let mut breaches = Vec::new();
     for (row, count, first) in report.rules() {
-        let Some(first) = first else { continue };
+        // The validator counts contacts, with the poses of all ticks.
+        let Some(first) = first.filter(|_| row.rule != Rule::Contact) else { continue };
         let (severity, vehicle): (&str, _) =
             (row.severity.into(), first.vehicle.rsplit('/').next());
         breaches.push(Breach {

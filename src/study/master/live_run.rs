@@ -17,6 +17,7 @@ use super::figures::raw;
 use super::hand_over::{HandOver, HandedOver, Transport, Way};
 use super::load::{Arrival, LiveLoad};
 use super::site::Site;
+use super::start;
 use crate::day;
 use crate::failure::Failure;
 use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL};
@@ -127,8 +128,10 @@ impl LiveRun<'_> {
     fn write_scenario(&self, processes: &LockstepRun) -> Result<PathBuf, Failure> {
         let MasterPlan { variant, time, program, .. } = self.plan;
         let job = variant.job("layout.yaml", self.vehicles, self.repeat, *time, program);
+        let mut scenario = serde_json::to_value(&job.scenario)?;
+        scenario["robots"] = start::robots(variant, &job.scenario.robots, self.repeat)?;
         let path = processes.folder().join("scenario.yaml");
-        fs::write(&path, job.scenario_text())?;
+        fs::write(&path, scenario.to_string())?;
         fs::write(processes.folder().join("layout.yaml"), variant.layout_text())?;
         Ok(path)
     }

@@ -80,6 +80,7 @@ impl<'a> Site<'a> {
     pub fn words(&self, vehicles: u32) -> Words {
         let BrokerUrl { user, host, port } = &self.url;
         vec![
+            ("broker", self.url.to_text()),
             ("host", host.clone()),
             ("port", port.to_string()),
             ("user", user.clone().unwrap_or_default()),

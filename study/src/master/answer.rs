@@ -119,7 +119,7 @@ impl MasterPoint {
         has_order_for_each: bool,
     ) -> Self {
         let faults = faults(&runs, late_secs, has_order_for_each);
-        let failure = failure.or_else(|| nothing_finished(&runs));
+        let failure = failure.or_else(|| nothing_finished(&runs).filter(|_| faults.is_empty()));
         let verdict = match (&failure, faults.is_empty()) {
             (_, false) => Verdict::Fails,
             (Some(_), true) => Verdict::Unknown,

@@ -13,7 +13,12 @@ use crate::outcome::EdgeOutcome;
 use crate::plan::Variant;
 use crate::statistics::Interval;
 
-use self::verdict::{caveats, faults_in_words, vehicles_in_words, verdict};
+use self::verdict::{caveats, faults_in_words, verdict};
+
+/// Returns a number of vehicles in words: `1 vehicle`, `5 vehicles`.
+pub fn vehicles_in_words(vehicles: u32) -> String {
+    format!("{vehicles} vehicle{}", if vehicles == 1 { "" } else { "s" })
+}
 
 /// The number of places in the table.
 const PLACES: usize = 10;

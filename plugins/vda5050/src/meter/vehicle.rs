@@ -63,7 +63,7 @@ impl Vehicle {
     }
 
     /// Takes an order or an update. Returns the base that the vehicle had asked for, and how long
-    /// it had nothing to do.
+    /// it had nothing to do since its last order.
     pub fn take_order(
         &mut self,
         order: &Order,
@@ -76,8 +76,9 @@ impl Vehicle {
         let Some(route) = known else {
             self.request = None;
             self.last_sequence_id = order.nodes.first().map_or(0, |node| node.sequence_id);
-            self.route = Some(Route::of(order));
-            return (None, self.idle_since.take().map(|since| time - since));
+            let idle_since = self.idle_since.take();
+            let is_first = self.route.replace(Route::of(order)).is_none();
+            return (None, idle_since.filter(|_| !is_first).map(|since| time - since));
         };
         if order.order_update_id <= route.update_id {
             return (None, None);

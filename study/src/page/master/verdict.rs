@@ -1,14 +1,10 @@
 //! The answer of a study of a master in words.
 
+use super::vehicles_in_words;
 use crate::master::{Fault, MasterAnswer, MasterPoint, Stuck, Verdict};
 
 /// The faults that the answer names.
 const NAMED: usize = 2;
-
-/// Returns a number of vehicles in words: `1 vehicle`, `5 vehicles`.
-pub(super) fn vehicles_in_words(vehicles: u32) -> String {
-    format!("{vehicles} vehicle{}", if vehicles == 1 { "" } else { "s" })
-}
 
 /// Returns the answer.
 pub(super) fn verdict(answer: &MasterAnswer) -> String {
@@ -55,6 +51,7 @@ fn limit(answer: &MasterAnswer) -> String {
         answer.points.iter().find_map(|point| Some((point.vehicles, point.failure.as_ref()?)));
     match unknown {
         Some((vehicles, failure)) => {
+            let failure = failure.trim_end_matches('.');
             format!("and more isn't known: with {vehicles}, {failure}")
         }
         None => "the most that were tried".to_owned(),
@@ -63,7 +60,8 @@ fn limit(answer: &MasterAnswer) -> String {
 
 fn reason(answer: &MasterAnswer) -> String {
     let failure = answer.points.iter().find_map(|point| point.failure.clone());
-    failure.unwrap_or_else(|| "no run has ended".to_owned())
+    let failure = failure.unwrap_or_else(|| "no run has ended".to_owned());
+    failure.trim_end_matches('.').to_owned()
 }
 
 /// Returns faults in words, as parts of a sentence.
