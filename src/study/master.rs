@@ -132,6 +132,7 @@ fn plan(args: &StudyArgs, way: &Way, broker: Option<&BrokerUrl>) -> Result<Maste
     }
     let time = RunTime { secs, rate_hz: args.rate };
     let most = most_robots(&variant).unwrap_or(MOST_VEHICLES).min(MOST_VEHICLES);
+    let most = start::room(&variant, most).max(1);
     let master = match (&args.manager, broker) {
         (Some(command), _) => format!("`{command}`"),
         (None, Some(url)) => format!("a program at {url}"),

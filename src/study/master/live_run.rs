@@ -37,11 +37,14 @@ const TOPICS: [Topic; 5] =
 const START: Duration = Duration::from_secs(60);
 /// The time after which an order that couldn't be handed over is tried again.
 const RETRY: Duration = Duration::from_secs(1);
-/// The longest time for which a master that owes bases may send no orders, in seconds; in short
-/// runs, half of the run.
-const SILENCE_SECS: f64 = 60.0;
+/// A master that owes bases has stopped if it sends no order for so many seconds, and for so many
+/// times the longest that it has taken for a base.
+const SILENCE_SECS: f64 = 10.0;
+const SILENCE: f64 = 3.0;
 /// The longest time that messages may wait in this process.
 const MOST_LAG: Duration = Duration::from_secs(2);
+/// The time in which the end of a broker is seen by all.
+const NEWS: Duration = Duration::from_millis(300);
 /// The least part of real time that the engine keeps up with.
 const LEAST_SPEED: f64 = 0.95;
 
@@ -149,8 +152,11 @@ impl LiveRun<'_> {
             if self.termination.requested() {
                 return Err(Wait::Over(RunError::Interrupted));
             }
-            if processes.engine_has_ended().map_err(RunError::from).map_err(Wait::Over)? {
-                return Err(Wait::Over(RunError::Failed("the engine has ended".to_owned())));
+            if let Err(failure) = is_whole(processes) {
+                // A broker that is gone ends other programs, too: it is told first.
+                std::thread::sleep(NEWS);
+                ear.listen().map_err(Wait::Over)?;
+                return Err(Wait::Over(failure.into()));
             }
             if start.elapsed() >= time {
                 return Err(Wait::Late);
@@ -220,8 +226,10 @@ impl LiveRun<'_> {
         }
         let end = figures.first_order.unwrap_or(0.0) + self.plan.time.secs as f64;
         let silent = end - figures.last_order.unwrap_or(0.0);
+        let came = figures.bases.iter().filter(|base| !base.answer.is_missing());
+        let slowest = came.map(|base| base.secs).fold(0.0, f64::max);
         let owes = figures.bases.iter().filter(|base| base.answer == Answer::MissingFree).count();
-        if owes > 0 && silent > SILENCE_SECS.min(self.plan.time.secs as f64 / 2.0) {
+        if owes > 0 && silent > SILENCE_SECS + SILENCE * slowest {
             return Err(RunError::Failed(format!(
                 "the master sent its last order {silent:.0} s before the end, while {owes} vehicles \
                  waited for bases that were free: it has stopped"
@@ -241,6 +249,14 @@ impl LiveRun<'_> {
             }
             None => Ok(processes.json(VALIDATOR, OBSERVERS)?),
         }
+    }
+}
+
+/// Checks that no process has ended.
+fn is_whole(processes: &mut LockstepRun) -> Result<(), Failure> {
+    match processes.engine_has_ended()? {
+        true => Err("the engine has ended".into()),
+        false => Ok(()),
     }
 }
 

@@ -16,10 +16,8 @@ const CLEARANCE: f64 = 0.1;
 /// # Errors
 /// If the layout has no room for so many.
 pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Value, Failure> {
-    let robot = variant.robot();
-    let apart = robot.length().hypot(robot.width()) + CLEARANCE;
     let wanted: u32 = groups.iter().map(|group| group.count).sum();
-    let mut nodes = places(&variant.graph, wanted as usize, apart, seed).into_iter();
+    let mut nodes = places(&variant.graph, wanted as usize, apart(variant), seed).into_iter();
     let room = nodes.len();
     let mut robots = Vec::new();
     for group in groups {
@@ -35,6 +33,17 @@ pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Val
         }
     }
     Ok(robots.into())
+}
+
+/// The number of vehicles that have room at nodes, up to `most`.
+pub fn room(variant: &Variant, most: u32) -> u32 {
+    places(&variant.graph, most as usize, apart(variant), 1).len() as u32
+}
+
+/// Metres between two vehicles, however they are turned.
+fn apart(variant: &Variant) -> f64 {
+    let robot = variant.robot();
+    robot.length().hypot(robot.width()) + CLEARANCE
 }
 
 /// Returns so many nodes, or all that there are, so far apart; the seed chooses them.
