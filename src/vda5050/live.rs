@@ -68,7 +68,10 @@ pub fn listen(args: &CheckArgs, url: &BrokerUrl) -> Result<(Judge, Report), Fail
         }
         // A broker that is gone brings no states: that says nothing about vehicles.
         if link == Link::Up {
-            judge.pass(seconds(SystemTime::now())).into_iter().for_each(|finding| take(args, &mut report, finding));
+            judge
+                .pass(seconds(SystemTime::now()))
+                .into_iter()
+                .for_each(|finding| take(args, &mut report, finding));
         }
         std::thread::sleep(PAUSE);
     }

@@ -15,6 +15,9 @@ use crate::fleet::regatta;
 const SIDE: usize = 8;
 const SPACE: f64 = 1.5;
 
+/// The options of the vehicles.
+const VEHICLES: &str = "--listen 127.0.0.1:0 --action pick=0.2 --action drop=0.2";
+
 /// A road round a long block, one way or both ways, with a station at every second node.
 fn layout(is_two_way: bool) -> Value {
     let side = 0..=SIDE;
@@ -73,8 +76,7 @@ impl Plant {
     fn study(&self, args: &[&str]) -> Command {
         let mut command = regatta();
         command.arg("study").arg(self.path("plant.yaml")).arg("--output").arg(self.path("s"));
-        command.args(["--repeats", "1", "--vehicle-options"]);
-        command.arg("--listen 127.0.0.1:0 --action pick=0.2 --action drop=0.2");
+        command.args(["--repeats", "1", "--vehicle-options", VEHICLES]);
         command.args(args).arg("--vda5050");
         command
     }

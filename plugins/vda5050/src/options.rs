@@ -213,9 +213,9 @@ impl Cli {
     pub fn topics(&self, topics: &[Topic]) -> Vec<String> {
         let prefixes = self.protocol.iter().map(|version| self.prefix(*version));
         let prefixes: BTreeSet<String> = prefixes.collect();
-        let of_prefix = prefixes
-            .iter()
-            .flat_map(|prefix| topics.iter().map(move |topic| format!("{prefix}/+/{}", topic.name())));
+        let of_prefix = prefixes.iter().flat_map(|prefix| {
+            topics.iter().map(move |topic| format!("{prefix}/+/{}", topic.name()))
+        });
         of_prefix.collect()
     }
 }

@@ -3,10 +3,11 @@
 use std::fmt;
 use std::io::Read;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
+use parking_lot::Mutex;
 use regatta_vda5050::broker::PASSWORD_VARIABLE;
 
 use super::http::{self, Url};
@@ -189,7 +190,7 @@ impl HandOver {
 }
 
 fn next(waiting: &Mutex<Receiver<Transport>>) -> Option<Transport> {
-    waiting.lock().unwrap_or_else(PoisonError::into_inner).recv().ok()
+    waiting.lock().recv().ok()
 }
 
 impl Transport {

@@ -119,7 +119,7 @@ impl MasterPoint {
         has_order_for_each: bool,
     ) -> Self {
         let faults = faults(&runs, late_secs, has_order_for_each);
-        let failure = failure.or_else(|| nothing_finished(&runs).filter(|_| faults.is_empty()));
+        let failure = failure.or_else(|| nothing_measured(&runs).filter(|_| faults.is_empty()));
         let verdict = match (&failure, faults.is_empty()) {
             (_, false) => Verdict::Fails,
             (Some(_), true) => Verdict::Unknown,
@@ -159,12 +159,12 @@ impl MasterPoint {
     }
 }
 
-/// Returns the reason why runs without transports give no answer.
-fn nothing_finished(runs: &[MasterRun]) -> Option<String> {
-    let run = runs.iter().find(|run| run.finished_orders == 0)?;
+/// Returns the reason why runs give no answer in which nothing could be measured.
+fn nothing_measured(runs: &[MasterRun]) -> Option<String> {
+    let run = runs.iter().find(|run| run.finished_orders == 0 && run.bases.is_none())?;
     Some(format!(
-        "no vehicle finished a pick and a drop within {:.0} s: give a longer --duration, or let the \
-         master send the actions `pick` and `drop`",
+        "no vehicle asked for a base, and none finished a pick and a drop within {:.0} s: give a \
+         longer --duration, or let the master send the actions `pick` and `drop`",
         run.secs
     ))
 }

@@ -324,7 +324,7 @@ fn method(answer: &MasterAnswer, variant: &Variant) -> Vec<String> {
              percentile of the master's own time is at most {late_secs} s, no vehicles touch, no \
              bases have the same way in opposite directions, no vehicle stands at the end for longer \
              than a minute (in short runs half of the run) without a base, each vehicle gets an order \
-             if there is one for each, and a transport is finished. A range of numbers is doubled \
+             if there is one for each. A range of numbers is doubled \
              until the master fails; then the distance to the largest number below is halved."
         ),
         "**A transport** is counted when a vehicle has finished an action `drop` after an action \

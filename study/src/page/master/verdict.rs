@@ -131,13 +131,24 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
             answer.secs
         ));
     }
-    let bases: u64 = answer.points.iter().map(|point| bases(point)).sum();
+    let bases: u64 = answer.points.iter().map(bases).sum();
     if bases == 0 && answer.copes.is_some() {
         caveats.push(
             "**No bases**: the master released all of each order at once, so that no vehicle asked \
              for a base, and the time that it takes for one isn't known."
                 .to_owned(),
         );
+    }
+    let without =
+        |point: &&MasterPoint| !point.runs.is_empty() && point.sum(|run| run.finished_orders) == 0;
+    if let Some(point) = answer.points.iter().find(without) {
+        caveats.push(format!(
+            "**No transports**: with {}, none was finished in {} s, so that nothing is known about \
+             throughput there; a longer `--duration` tells it, if the master sends the actions \
+             `pick` and `drop`.",
+            vehicles_in_words(point.vehicles),
+            answer.secs
+        ));
     }
     let by_master =
         answer.points.iter().flat_map(|point| &point.runs).flat_map(|run| &run.breaches);
