@@ -1,6 +1,7 @@
 //! `regatta study --vda5050`: finds the number of vehicles that a master of VDA 5050 copes with, by
 //! runs in real time on a broker.
 
+mod ear;
 mod figures;
 mod hand_over;
 mod http;

@@ -178,10 +178,11 @@ impl Master {
             if !vehicle.wants() {
                 continue;
             }
-            if now >= *vehicle.due.get_or_insert(now + delay) && self.answer(&serial).is_some() {
-                if let Some(vehicle) = self.vehicles.get_mut(&serial) {
-                    vehicle.due = None;
-                }
+            if now >= *vehicle.due.get_or_insert(now + delay)
+                && self.answer(&serial).is_some()
+                && let Some(vehicle) = self.vehicles.get_mut(&serial)
+            {
+                vehicle.due = None;
             }
         }
     }
