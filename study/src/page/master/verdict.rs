@@ -3,6 +3,8 @@
 use super::vehicles_in_words;
 use crate::master::{Fault, MasterAnswer, MasterPoint, Stuck, Verdict};
 
+/// The bases from which on the 99th percentile isn't the longest time.
+const ENOUGH: u64 = 100;
 /// The faults that the answer names.
 const NAMED: usize = 2;
 
@@ -139,6 +141,7 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
                 .to_owned(),
         );
     }
+    caveats.extend(few_bases(answer));
     let without =
         |point: &&MasterPoint| !point.runs.is_empty() && point.sum(|run| run.finished_orders) == 0;
     if let Some(point) = answer.points.iter().find(without) {
@@ -164,6 +167,19 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
     }
     caveats.extend(answer.left_out.iter().map(|part| format!("**Left out**: {part}.")));
     caveats
+}
+
+/// Tells that the percentiles of the answer are those of few times.
+fn few_bases(answer: &MasterAnswer) -> Option<String> {
+    let point = answer.point(answer.copes)?;
+    let bases = point.sum(|run| run.response.map_or(0, |times| times.count as u64));
+    (1..ENOUGH).contains(&bases).then(|| {
+        format!(
+            "**Few bases**: with {}, the master's own times are those of {bases} bases, so that 99 of \
+             100 means all of them; a longer `--duration` gives more.",
+            vehicles_in_words(point.vehicles)
+        )
+    })
 }
 
 fn bases(point: &MasterPoint) -> u64 {
