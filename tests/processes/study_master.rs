@@ -113,10 +113,10 @@ fn free_port() -> u16 {
 #[test]
 fn a_master_of_known_capacity_is_sized_and_its_orders_are_counted() {
     let (plant, port) = (Plant::new(false), free_port());
-    let master = plant.master(&format!("--capacity 5 --delay 2 --http {port}"));
+    let master = plant.master(&format!("--base 1 --capacity 5 --delay 2 --http {port}"));
     let url = format!("http://127.0.0.1:{port}/");
     let output = plant
-        .study(&["--robots", "4..8", "--duration", "8", "--late", "1.5s", "--manager", &master])
+        .study(&["--robots", "4..8", "--duration", "10", "--late", "1.5s", "--manager", &master])
         .args(["--order-url", &url])
         .output()
         .expect("regatta starts");

@@ -8,6 +8,9 @@ use super::sweep::first_failure;
 use super::{MasterPlan, MasterRun, Stuck, Wait};
 use crate::statistics::Interval;
 
+/// The least number of bases that tell about a master whose vehicles finish no transport.
+const LEAST_BASES: usize = 10;
+
 /// The judgement of a number of vehicles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -159,14 +162,18 @@ impl MasterPoint {
     }
 }
 
-/// Returns the reason why runs give no answer in which nothing could be measured.
+/// Returns the reason why runs give no answer in which too little was measured.
 fn nothing_measured(runs: &[MasterRun]) -> Option<String> {
-    let run = runs.iter().find(|run| run.finished_orders == 0 && run.bases.is_none())?;
-    Some(format!(
-        "no vehicle asked for a base, and none finished a pick and a drop within {:.0} s: give a \
-         longer --duration, or let the master send the actions `pick` and `drop`",
-        run.secs
-    ))
+    let transports: u64 = runs.iter().map(|run| run.finished_orders).sum();
+    let bases: usize = runs.iter().filter_map(|run| Some(run.response?.count)).sum();
+    let secs: f64 = runs.iter().map(|run| run.secs).sum();
+    (!runs.is_empty() && transports == 0 && bases < LEAST_BASES).then(|| {
+        format!(
+            "in {secs:.0} s, no vehicle finished a pick and a drop, and only {bases} bases were \
+             asked for that the master was free to send: give a longer --duration, and let the \
+             master send the actions `pick` and `drop`"
+        )
+    })
 }
 
 /// Returns the faults in any of some runs, the worst first.
