@@ -1,5 +1,5 @@
-//! The places of vehicles at the start of a run: nodes, so that they take orders at once, and so far
-//! apart that none touches another one.
+//! The places of vehicles at the start of a run: nodes, so that they take orders at once, and so
+//! far apart that none touches another one.
 
 use regatta_base::random::Random;
 use regatta_layout::{Node, RouteGraph};

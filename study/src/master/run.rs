@@ -159,8 +159,8 @@ pub struct MasterRun {
     pub waiting: f64,
     /// The waiting by the last node of the base.
     pub places: BTreeMap<String, Wait>,
-    /// Seconds of standing by the edge, by id, that vehicles stood on, and by the one that they were
-    /// kept out of.
+    /// Seconds of standing by the edge, by id, that vehicles stood on, and by the one that they
+    /// were kept out of.
     pub edges: BTreeMap<u32, [f64; 2]>,
     /// Times from the end of a vehicle's order to its next one.
     pub idle: Option<Times>,
