@@ -95,12 +95,17 @@ impl LockstepRun {
 
     /// Gives a command the fleet, and a file for its messages: `NAME.log`.
     pub fn joined(&self, name: &str, mut command: Command) -> Result<Command, Failure> {
+        command.args(["--fleet", self.fleet.as_str()]);
+        self.logged(name, command)
+    }
+
+    /// Gives a command a file for its messages: `NAME.log`.
+    pub fn logged(&self, name: &str, mut command: Command) -> Result<Command, Failure> {
         let path = self.folder().join(format!("{name}.log"));
         let log = match File::create(&path) {
             Ok(log) => log,
             Err(reason) => return Err(WriteError { path, reason }.into()),
         };
-        command.args(["--fleet", self.fleet.as_str()]);
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
         Ok(command)
     }

@@ -2,6 +2,7 @@
 //! a cluster, and writes a page with the answer.
 
 mod export;
+mod master;
 pub mod observers;
 mod output;
 mod request;
@@ -62,7 +63,8 @@ pub struct StudyArgs {
     /// repeated
     #[arg(long, value_name = "NAME=VALUES", help_heading = QUESTION)]
     vary: Vec<Axis>,
-    /// Command line of a manager of your own, which gets --fleet; compared with ours and the bound
+    /// Command line of a manager of your own, which gets --fleet; compared with ours and the bound.
+    /// With --vda5050, of a master, with {broker}, {host}, {port}, {user} and {vehicles} in it
     #[arg(long, value_name = "COMMAND", help_heading = QUESTION)]
     manager: Option<String>,
     /// Add the bound: the same robots, driving through each other
@@ -107,6 +109,8 @@ pub struct StudyArgs {
     #[arg(long, help_heading = OUTPUT)]
     foreign_results: bool,
     #[command(flatten)]
+    master: master::MasterArgs,
+    #[command(flatten)]
     trust: TrustArgs,
     #[command(flatten)]
     day: DayArgs,
@@ -137,6 +141,9 @@ fn parse_address(text: &str) -> Result<String, String> {
 /// Returns an error if the plant can't be studied, or if no run can be done. Finished runs are
 /// kept.
 pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
+    if let Some(broker) = args.master.broker() {
+        return master::run(args, broker);
+    }
     let plan = request::plan(args)?;
     let termination = Termination::watch().map_err(plugin_failure)?;
     if let Some(folder) = &args.export_jobs {

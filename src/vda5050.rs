@@ -1,6 +1,6 @@
 //! `regatta vda5050 check`: judges the traffic of an MQTT broker by the standard VDA 5050.
 
-mod live;
+pub mod live;
 
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader};

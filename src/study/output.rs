@@ -7,6 +7,7 @@ use regatta_study::answer::{Answer, VariantAnswer};
 use regatta_study::page::{Block, Picture, content, html, markdown, title};
 use regatta_study::plan::{Plan, Question, Variant};
 use regatta_study::store::Store;
+use serde_json::Value;
 
 use crate::failure::Failure;
 use crate::output::{show, write_inside};
@@ -14,12 +15,23 @@ use crate::output::{show, write_inside};
 /// Writes the answer into the folder of the study, and prints it.
 pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failure> {
     let blocks = content(answer, base);
+    write_page(&serde_json::to_value(answer)?, &title(answer), &blocks, folder)
+}
+
+/// Writes an answer as JSON and as a page into the folder of the study, and prints what the page
+/// says first.
+pub fn write_page(
+    answer: &Value,
+    title: &str,
+    blocks: &[Block],
+    folder: &Path,
+) -> Result<(), Failure> {
     let mut files = vec![
-        ("study.json".to_owned(), format!("{:#}\n", serde_json::to_value(answer)?).into_bytes()),
-        ("study.md".to_owned(), markdown(&blocks).into_bytes()),
-        ("index.html".to_owned(), html(&title(answer), &blocks).into_bytes()),
+        ("study.json".to_owned(), format!("{answer:#}\n").into_bytes()),
+        ("study.md".to_owned(), markdown(blocks).into_bytes()),
+        ("index.html".to_owned(), html(title, blocks).into_bytes()),
     ];
-    for block in &blocks {
+    for block in blocks {
         if let Block::Picture(Picture { name, svg, .. }) = block {
             files.push((format!("{name}.svg"), svg.clone().into_bytes()));
             files.push((format!("{name}.png"), regatta_record::png(svg)?));
@@ -28,7 +40,7 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
     for (name, bytes) in files {
         write_inside(&folder.join(name), &bytes)?;
     }
-    for block in &blocks {
+    for block in blocks {
         if let Block::Answer(text) | Block::Caveat(text) = block {
             show(text.replace("**", "") + "\n");
         }

@@ -32,9 +32,7 @@ const MOST_ROBOTS: u32 = 1000;
 /// Makes the plan of the command line, and of the study file if there is one.
 pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let path = &args.plant;
-    let text = file::read(path, MAX_FILE_BYTES)
-        .map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
-    let text = String::from_utf8_lossy(&text);
+    let text = text(path)?;
     let file: Option<StudyFile> = if is_study(&text) { Some(document(&text, path)?) } else { None };
     let plant = match &file {
         Some(file) => path.parent().unwrap_or(Path::new("")).join(&file.plant),
@@ -77,6 +75,13 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
         program: version::short(),
         variants,
     })
+}
+
+/// Returns the text of a plant or of a study file.
+pub fn text(path: &Path) -> Result<String, Failure> {
+    let text = file::read(path, MAX_FILE_BYTES)
+        .map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
 fn question(args: &StudyArgs, file: Option<&StudyFile>) -> Question {
@@ -157,7 +162,8 @@ fn check_planner(name: &str) -> Result<(), Failure> {
     Err(format!("planner: unknown planner '{name}': there are {}", known.join(", ")).into())
 }
 
-fn title(plant: &Path) -> String {
+/// Returns the name of a plant.
+pub fn title(plant: &Path) -> String {
     let name = plant.file_name().unwrap_or_default().to_string_lossy();
     name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("plant").to_owned()
 }

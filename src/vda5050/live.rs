@@ -68,7 +68,10 @@ pub fn listen(args: &CheckArgs, url: &BrokerUrl) -> Result<(Judge, Report), Fail
         }
         // A broker that is gone brings no states: that says nothing about vehicles.
         if link == Link::Up {
-            judge.pass(now()).into_iter().for_each(|finding| take(args, &mut report, finding));
+            judge
+                .pass(seconds(SystemTime::now()))
+                .into_iter()
+                .for_each(|finding| take(args, &mut report, finding));
         }
         std::thread::sleep(PAUSE);
     }
@@ -95,8 +98,8 @@ fn receive(
     match incoming {
         Incoming::Connected { .. } => Ok(Link::Up),
         Incoming::Lost { reason, .. } => lost(link, url, &reason),
-        Incoming::Message { topic, payload } => {
-            let (time, topic) = (Some(now()), topic.as_str());
+        Incoming::Message { topic, payload, time } => {
+            let (time, topic) = (Some(seconds(time)), topic.as_str());
             let seen = Seen { time, topic, payload: &payload, delivery: None };
             judge.take(&seen).into_iter().for_each(|finding| take(args, report, finding));
             Ok(link)
@@ -118,6 +121,7 @@ fn lost(link: Link, url: &BrokerUrl, reason: &str) -> Result<Link, Failure> {
     }
 }
 
-fn now() -> f64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+/// Seconds since 1970.
+pub fn seconds(time: SystemTime) -> f64 {
+    time.duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }

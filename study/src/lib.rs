@@ -6,6 +6,8 @@
 //! [`statistics`] and [`bottleneck`]s, with the [`certificate`] of the layout, and the [`page`]
 //! shows it.
 //!
+//! Masters of VDA 5050 work in real time: [`master`] has the studies of those.
+//!
 //! The next jobs depend on finished rounds alone, never on the order in which runs end, so the same
 //! study gives the same answer on any machine.
 
@@ -14,6 +16,7 @@ pub mod bottleneck;
 pub mod certificate;
 pub mod conduct;
 pub mod job;
+pub mod master;
 pub mod outcome;
 pub mod page;
 pub mod plan;

@@ -6,6 +6,7 @@ mod chart;
 mod content;
 mod heat_map;
 mod least;
+mod master;
 mod method;
 mod plan;
 mod stack;
@@ -17,6 +18,7 @@ use std::fmt::Write as _;
 
 pub use chart::COLOURS;
 pub use content::{content, title};
+pub use master::{master_content, master_title, vehicles_in_words};
 use regatta_base::svg::escape;
 
 /// A part of a page.

@@ -33,6 +33,7 @@ mod routes;
 mod shared_memory;
 mod strangers;
 mod study;
+mod study_master;
 mod study_targets;
 mod study_theory;
 mod terminal;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use rumqttc::{AsyncClient, Event, EventLoop, LastWill, MqttOptions, Outgoing, Packet};
 use rumqttc::{PublishOptions, QoS};
@@ -65,7 +65,7 @@ pub enum UrlError {
 }
 
 /// The environment variable with the password of the broker's user.
-const PASSWORD_VARIABLE: &str = "REGATTA_MQTT_PASSWORD";
+pub const PASSWORD_VARIABLE: &str = "REGATTA_MQTT_PASSWORD";
 /// The largest file with a password, in bytes.
 const MOST_PASSWORD_BYTES: u64 = 4096;
 
@@ -190,6 +190,8 @@ pub enum Incoming {
         topic: String,
         /// Its content.
         payload: Vec<u8>,
+        /// The time when it came, before it waited to be taken.
+        time: SystemTime,
     },
 }
 
@@ -348,7 +350,8 @@ impl Task {
                 Ok(Event::Incoming(Packet::ConnAck(_))) => self.begin(),
                 Ok(Event::Incoming(Packet::Publish(message))) => {
                     let topic = String::from_utf8_lossy(&message.topic).into_owned();
-                    self.tell(Incoming::Message { topic, payload: message.payload.to_vec() });
+                    let (payload, time) = (message.payload.to_vec(), SystemTime::now());
+                    self.tell(Incoming::Message { topic, payload, time });
                 }
                 Ok(Event::Outgoing(Outgoing::Disconnect)) => return,
                 Ok(_) => {}
@@ -373,7 +376,7 @@ impl Task {
     /// Hands over what has come. What can't wait any longer is left out.
     fn tell(&self, incoming: Incoming) {
         let bytes = match &incoming {
-            Incoming::Message { topic, payload } => topic.len() + payload.len(),
+            Incoming::Message { topic, payload, .. } => topic.len() + payload.len(),
             Incoming::Connected { .. } | Incoming::Lost { .. } => 0,
         };
         let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);

@@ -7,7 +7,7 @@
 //!
 //! [`message`] has the messages of all versions, for anyone who reads or writes them. [`vehicle`]
 //! is a vehicle as the standard has it, without connections and clocks. [`map`] knows the layout by
-//! the ids of orders. The plugin puts them together.
+//! the ids of orders. The plugin puts them together. [`judge`] and [`meter`] watch anyone's traffic.
 
 pub mod broker;
 mod client;
@@ -15,6 +15,7 @@ mod factsheet;
 pub mod judge;
 pub mod map;
 pub mod message;
+pub mod meter;
 mod options;
 mod plugin;
 mod server;

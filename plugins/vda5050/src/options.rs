@@ -128,11 +128,20 @@ const USER: &str = "regatta";
 impl Cli {
     /// Connects to the broker, or to one of the plugin's own, which it starts and tells.
     pub(crate) fn start_broker(&self) -> Result<(Broker, BrokerUrl)> {
-        let (url, password) = match &self.broker {
-            Some(url) => (url.clone(), broker::password(self.password_file.as_deref())?),
-            None => self.serve()?,
-        };
+        let (url, password) = self.find_broker()?;
         Ok((Broker::start(url.clone(), password)?, url))
+    }
+
+    /// Returns the address of the broker and the password of its user. Without an address, it
+    /// starts a broker of this process, and tells its address.
+    ///
+    /// # Errors
+    /// If the password can't be read, or if the broker can't be started.
+    pub fn find_broker(&self) -> Result<(BrokerUrl, Option<String>)> {
+        match &self.broker {
+            Some(url) => Ok((url.clone(), broker::password(self.password_file.as_deref())?)),
+            None => self.serve(),
+        }
     }
 
     /// Starts the plugin's own broker.
@@ -184,6 +193,11 @@ impl Cli {
         self.serial.replace(NUMBER, &robot.to_string())
     }
 
+    /// The first levels of the topics of a robot.
+    pub fn vehicle(&self, robot: usize) -> String {
+        format!("{}/{}", self.prefix(self.version(robot)), self.serial_number(robot))
+    }
+
     /// The first levels of the topics of a version.
     pub(crate) fn prefix(&self, version: Version) -> String {
         let interface = self.interface.as_deref().unwrap_or(version.interface());
@@ -192,12 +206,16 @@ impl Cli {
 
     /// The topics of all vehicles, for a connection that they share.
     pub(crate) fn shared_topics(&self) -> Vec<String> {
+        self.topics(&[Topic::Order, Topic::InstantActions])
+    }
+
+    /// Some topics of all vehicles, with `+` in the place of serial numbers.
+    pub fn topics(&self, topics: &[Topic]) -> Vec<String> {
         let prefixes = self.protocol.iter().map(|version| self.prefix(*version));
         let prefixes: BTreeSet<String> = prefixes.collect();
-        let topics = [Topic::Order, Topic::InstantActions];
-        let of_prefix = prefixes
-            .iter()
-            .flat_map(|prefix| topics.map(|topic| format!("{prefix}/+/{}", topic.name())));
+        let of_prefix = prefixes.iter().flat_map(|prefix| {
+            topics.iter().map(move |topic| format!("{prefix}/+/{}", topic.name()))
+        });
         of_prefix.collect()
     }
 }

@@ -170,7 +170,7 @@ impl Vehicles {
     fn take_messages(&mut self, now: &Now) {
         while let Some(incoming) = self.broker.as_ref().and_then(Broker::take) {
             match incoming {
-                Incoming::Message { topic, payload } => self.take_message(&topic, &payload),
+                Incoming::Message { topic, payload, .. } => self.take_message(&topic, &payload),
                 Incoming::Connected { link } => self.greet(link, now),
                 Incoming::Lost { reason, .. } => self.tell_lost(&reason),
             }

@@ -253,7 +253,7 @@ impl OrdersOfSpan {
 
 impl Service {
     /// Returns the statistics of some times.
-    fn of(secs: &[f64]) -> Option<Self> {
+    pub(crate) fn of(secs: &[f64]) -> Option<Self> {
         Some(Self {
             mean_secs: secs.iter().sum::<f64>() / secs.len() as f64,
             p50_secs: percentile(secs, 50)?,

@@ -26,6 +26,8 @@ const FIRST_NAME: i32 = 82;
 
 /// A chart over the number of robots.
 pub struct Chart<'a> {
+    /// The things that the x axis counts.
+    pub x: &'a str,
     /// The label of the y axis.
     pub y: &'a str,
     /// The lines.
@@ -91,7 +93,7 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         .y_label_area_size(70)
         .build_cartesian_2d(xs, ys.clone())?;
     area.configure_mesh()
-        .x_desc("robots")
+        .x_desc(chart.x)
         .x_labels(x_labels)
         .y_desc(chart.y)
         .label_style(FONT)
@@ -164,7 +166,7 @@ mod tests {
             })
             .to_vec();
         let one = Series { name: "a".to_owned(), points };
-        let svg = chart(&Chart { y: "orders", series: vec![one], knee: Some(2.0) });
+        let svg = chart(&Chart { x: "robots", y: "orders", series: vec![one], knee: Some(2.0) });
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3);
         assert!(svg.contains("robots") && svg.contains("orders"), "{svg}");
@@ -175,7 +177,7 @@ mod tests {
                 && places.iter().all(|(x, _)| *x < 700),
             "{places:?}"
         );
-        let empty = chart(&Chart { y: "orders", series: Vec::new(), knee: None });
+        let empty = chart(&Chart { x: "robots", y: "orders", series: Vec::new(), knee: None });
         assert!(empty.trim_end().ends_with("</svg>"));
     }
 }

@@ -139,7 +139,7 @@ fn effort_chart(answer: &Answer) -> String {
 /// Returns a chart with a mark at the first variant's answer.
 fn chart_over_robots(answer: &Answer, y: &str, series: Vec<Series>) -> String {
     let robots = answer.variants.first().and_then(VariantAnswer::robots);
-    chart(&Chart { y, series, knee: robots.map(f64::from) })
+    chart(&Chart { x: "robots", y, series, knee: robots.map(f64::from) })
 }
 
 fn series(name: String, variant: &VariantAnswer, figure: Figure) -> Series {

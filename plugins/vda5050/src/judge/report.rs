@@ -88,6 +88,14 @@ impl Report {
         counts.map(|(_, count)| count).sum()
     }
 
+    /// The rules that were broken, with the number of findings of each and the first one.
+    pub fn rules(&self) -> impl Iterator<Item = (&'static RuleRow, u64, Option<&Finding>)> {
+        self.counts.iter().map(|(rule, count)| {
+            let mut findings = self.findings.iter();
+            (rule.row(), *count, findings.find(|finding| finding.rule == *rule))
+        })
+    }
+
     /// Whether there are findings for which a report fails.
     pub fn fails(&self, strictness: Strictness) -> bool {
         self.counts.keys().any(|rule| strictness.fails(rule.row().severity))

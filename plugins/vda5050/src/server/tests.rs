@@ -33,7 +33,7 @@ fn next(broker: &Broker) -> Incoming {
 /// Waits for a message, as text.
 fn message(broker: &Broker) -> String {
     loop {
-        if let Incoming::Message { topic, payload } = next(broker) {
+        if let Incoming::Message { topic, payload, .. } = next(broker) {
             return format!("{topic} {}", String::from_utf8_lossy(&payload));
         }
     }

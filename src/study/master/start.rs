@@ -1,0 +1,80 @@
+//! The places of vehicles at the start of a run: nodes, so that they take orders at once, and so
+//! far apart that none touches another one.
+
+use regatta_base::random::Random;
+use regatta_layout::{Node, RouteGraph};
+use regatta_study::plan::{RobotGroup, Variant};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+
+/// Metres between the circles around two vehicles.
+const CLEARANCE: f64 = 0.1;
+
+/// Returns the robots of a scenario, each at a node of its own, which the seed chooses.
+///
+/// # Errors
+/// If the layout has no room for so many.
+pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Value, Failure> {
+    let wanted: u32 = groups.iter().map(|group| group.count).sum();
+    let mut nodes = places(&variant.graph, wanted as usize, apart(variant), seed).into_iter();
+    let room = nodes.len();
+    let mut robots = Vec::new();
+    for group in groups {
+        for _ in 0..group.count {
+            let node = nodes.next().ok_or_else(|| {
+                format!("no room for {wanted} vehicles: {room} fit at the nodes of the layout")
+            })?;
+            let mut robot = json!({ "node": node });
+            if let Some(name) = &group.robot_type {
+                robot["type"] = name.clone().into();
+            }
+            robots.push(robot);
+        }
+    }
+    Ok(robots.into())
+}
+
+/// The number of vehicles that have room at nodes, up to `most`.
+pub fn room(variant: &Variant, most: u32) -> u32 {
+    places(&variant.graph, most as usize, apart(variant), 1).len() as u32
+}
+
+/// Metres between two vehicles, however they are turned.
+fn apart(variant: &Variant) -> f64 {
+    let robot = variant.robot();
+    robot.length().hypot(robot.width()) + CLEARANCE
+}
+
+/// Returns so many nodes, or all that there are, so far apart; the seed chooses them.
+fn places(graph: &RouteGraph, wanted: usize, apart: f64, seed: u64) -> Vec<u32> {
+    let random = Random::new(seed);
+    let draw = |node: &Node| random.unit(node.id.into());
+    let mut nodes: Vec<&Node> = graph.nodes().iter().collect();
+    nodes.sort_by(|one, other| draw(one).total_cmp(&draw(other)));
+    let mut chosen: Vec<&Node> = Vec::new();
+    for node in nodes {
+        let is_far = |other: &&Node| other.position.distance(node.position) >= apart;
+        if chosen.len() < wanted && chosen.iter().all(is_far) {
+            chosen.push(node);
+        }
+    }
+    chosen.into_iter().map(|node| node.id).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_layout::{ReadOptions, parse};
+
+    use super::*;
+
+    #[test]
+    fn vehicles_begin_at_nodes_of_their_own_and_apart() {
+        let text = "id,x,y\nA,0,0\nB,10,0\nC,10,0.5\n\nfrom,to\nA,B\nB,C\nC,A\n";
+        let graph = parse(text, "t.csv", &ReadOptions::default()).expect("a graph").0;
+        let chosen = |seed| places(&graph, 9, 1.0, seed);
+        assert!((0..9).all(|seed| chosen(seed).len() == 2), "{:?}", chosen(0));
+        assert!((0..9).any(|seed| chosen(seed) != chosen(0)), "the seed chooses them");
+        assert_eq!(places(&graph, 1, 1.0, 0).len(), 1);
+    }
+}
