@@ -8,6 +8,7 @@ use regatta_base::graph::{EdgeIndex, NodeIndex};
 use super::network::Network;
 use super::parts::{CutOff, Part, parts};
 use super::stations::station_names;
+use crate::model::facilities::{Door, Lift, LiftLevel};
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::Station;
 use crate::model::value::{plural, shorten};
@@ -141,12 +142,45 @@ fn restricted(graph: &RouteGraph, network: &Network<'_>) -> Option<RouteGraph> {
         ..zone.clone()
     });
     let zones = zones.filter(|zone| !(zone.nodes.is_empty() && zone.edges.is_empty())).collect();
+    let doors = graph.doors().iter().map(|door| Door {
+        edges: door.edges.iter().filter_map(|edge| new_edges.get(edge).copied()).collect(),
+        ..door.clone()
+    });
+    let doors = doors.filter(|door| !door.edges.is_empty()).collect();
+    let lifts =
+        graph.lifts().iter().filter_map(|lift| restricted_lift(lift, &new_nodes, &new_edges));
+    let lifts = lifts.collect();
     Some(
         RouteGraph::from_valid_parts(nodes, edges)
             .with_origin(graph.origin())
             .with_surroundings(stations, graph.background().to_vec())
-            .with_zones(zones),
+            .with_zones(zones)
+            .with_facilities(doors, lifts),
     )
+}
+
+/// Returns a lift with new indices of nodes and edges, on the levels that have nodes left; `None`
+/// if these are fewer than two. A cabin whose home is gone begins at the lowest level.
+fn restricted_lift(
+    lift: &Lift,
+    new_nodes: &[Option<NodeIndex>],
+    new_edges: &BTreeMap<EdgeIndex, EdgeIndex>,
+) -> Option<Lift> {
+    let home = &lift.levels[lift.home].name;
+    let levels = lift.levels.iter().map(|level| LiftLevel {
+        nodes: level.nodes.iter().filter_map(|node| new_nodes[node.0 as usize]).collect(),
+        ..level.clone()
+    });
+    let levels: Vec<LiftLevel> = levels.filter(|level| !level.nodes.is_empty()).collect();
+    if levels.len() < 2 {
+        return None;
+    }
+    Some(Lift {
+        home: levels.iter().position(|level| level.name == *home).unwrap_or_default(),
+        levels,
+        rides: lift.rides.iter().filter_map(|ride| new_edges.get(ride).copied()).collect(),
+        ..lift.clone()
+    })
 }
 
 impl fmt::Display for LeftOut {
@@ -186,6 +220,39 @@ mod tests {
     fn main_part(text: &str) -> Option<MainPart> {
         let (graph, _) = parse(text, "plant.csv", &ReadOptions::default()).expect("a graph");
         MainPart::of(&graph)
+    }
+
+    #[test]
+    fn doors_and_lifts_of_the_main_part_stay() {
+        let plant = "Edges:
+- {Id: 9, Origin_ID: 9, Destination_ID: 1, CurveType: Linear, VelocityForward: 1}
+- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}
+- {Id: 2, Origin_ID: 2, Destination_ID: 1, CurveType: Linear, VelocityForward: 1}
+- {Id: 3, Origin_ID: 2, Destination_ID: 3, CurveType: Linear, VelocityForward: 1}
+- {Id: 4, Origin_ID: 3, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}
+Vertices:
+- {Id: 9, X: -4, Y: 0, Theta: 0, Level: low}
+- {Id: 1, X: 0, Y: 0, Theta: 0, Level: low}
+- {Id: 2, X: 4, Y: 0, Theta: 0, Level: low}
+- {Id: 3, X: 4, Y: 1, Theta: 0, Level: high}
+- {Id: 4, X: 4, Y: 2, Theta: 0, Level: top}
+Doors:
+- {Name: way in, Edges: [9], OpeningSeconds: 3}
+- {Name: hall, Edges: [1, 2, 9], OpeningSeconds: 60}
+Lifts:
+- {Name: L, Nodes: [2, 3, 4], SecondsPerLevel: 40, Home: high}
+";
+        let (graph, _) = parse(plant, "plant.yaml", &ReadOptions::default()).expect("a graph");
+        let MainPart { graph, .. } = MainPart::of(&graph).expect("a part");
+        let [door] = graph.doors() else { panic!("{:?}", graph.doors()) };
+        assert_eq!((&*door.name, door.times.opening_secs), ("hall", 60.0));
+        let ids: Vec<u32> = door.edges.iter().map(|edge| graph.edge(*edge).id).collect();
+        assert_eq!(ids, [1, 2]);
+        let [lift] = graph.lifts() else { panic!("{:?}", graph.lifts()) };
+        assert_eq!((lift.levels.len(), lift.home, lift.level_secs), (2, 1, 40.0));
+        let ids: Vec<u32> = lift.rides.iter().map(|edge| graph.edge(*edge).id).collect();
+        assert_eq!(ids, [3, 4]);
+        assert_eq!(graph.zones().len(), 1, "the robots of the lift");
     }
 
     #[test]

@@ -188,7 +188,7 @@ fn section(passing: &Passing<'_>, zoned: &[bool], robot: &RobotType, found: &[u3
         shape,
         exchange: exchange(passing, shape, &nodes, &ends),
         at_nodes,
-        in_line: in_line(metres, ends.len(), robot),
+        in_line: in_line(metres, ends.len(), robot).max(robots_at(at_nodes)),
         between_ends: between_ends(tracks, found, shape, &ends),
         nodes: nodes.into_iter().map(NodeIndex).collect(),
         edges: edges.into_iter().map(EdgeIndex).collect(),
@@ -246,6 +246,11 @@ fn exchange(passing: &Passing<'_>, shape: Shape, nodes: &[u32], ends: &[u32]) ->
 fn is_end(network: &Network<'_>, tracks: &Tracks, found: &[u32], node: u32) -> bool {
     let has_loop = network.steps(node, Search::Forwards).any(|(_, end)| end == node);
     has_loop || tracks.at(node).iter().any(|track| found.binary_search(track).is_err())
+}
+
+/// The number of robots that stand at nodes for sure.
+fn robots_at(nodes: Count) -> u32 {
+    if nodes.certainty == Certainty::Exact { nodes.robots } else { 0 }
 }
 
 /// The number of robots behind each other on so many metres, with the ends left free.
