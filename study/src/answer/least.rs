@@ -14,7 +14,7 @@ pub struct LeastAnswer {
     pub robots: Option<u32>,
     /// The number that came closest to the targets.
     pub closest: Option<u32>,
-    /// The largest number that was tried.
+    /// The largest number that was tried and has runs.
     pub most: u32,
     /// Larger numbers that were tried, and miss a target.
     pub worse: Vec<u32>,
@@ -69,12 +69,12 @@ impl LeastAnswer {
         let least = curve.least.as_ref()?;
         let after = least.found.map_or(curve.points.len(), |found| found + 1);
         let larger = &curve.points[after..];
-        let failed = curve.failed.iter().map(|(robots, _)| *robots);
-        let tried = curve.points.iter().map(|point| point.robots).chain(failed);
+        let ran = curve.points.iter().map(|point| point.robots).max();
+        let failed = curve.failed.iter().map(|(robots, _)| *robots).max();
         Some(Self {
             robots: curve.robots(least.found),
             closest: curve.robots(least.closest),
-            most: tried.max().unwrap_or_default(),
+            most: ran.or(failed).unwrap_or_default(),
             worse: of_standing(targets, larger, Standing::Missed),
             uncertain: of_standing(targets, larger, Standing::Open),
             binding: curve

@@ -66,8 +66,8 @@ fn robots(variant: &VariantAnswer) -> String {
 
 fn ticks() -> String {
     "Robots arrive, end turns and get orders at ticks: each of these takes up to a tick longer than \
-     in continuous time. At ten ticks a second, that adds some tenths of a second to an order, a \
-     bias that intervals don't contain."
+     in continuous time, a bias that intervals don't contain. At ten ticks a second, an order takes \
+     up to 0.1 s longer for each of its stops and for each turn on the spot."
         .to_owned()
 }
 
