@@ -36,7 +36,7 @@ pub(crate) struct Fleet<'desk> {
     pub steering: &'desk mut Steering,
 }
 
-/// What a robot takes on topics of its own.
+/// The subscriptions and the action server of a robot.
 pub(crate) struct Inputs {
     robot: u32,
     goals: Subscription<PoseStamped>,
@@ -68,7 +68,7 @@ pub(crate) struct Counter {
     requests: Option<FleetRequests>,
 }
 
-/// What the whole fleet takes.
+/// The subscriptions and services of the whole fleet.
 struct FleetRequests {
     speed: Subscription<Float64>,
     simulation: Simulation,

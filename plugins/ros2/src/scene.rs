@@ -1,4 +1,4 @@
-//! What is drawn as markers: the graph, the shapes of chosen robots, their routes, contacts.
+//! Markers: the graph, the shapes of chosen robots, their routes, contacts.
 
 use std::time::{Duration, Instant};
 

@@ -12,7 +12,7 @@ const PERIOD_SECS: f64 = 10.0;
 /// The longest standing that counts as traffic, in seconds; in short runs, half of the run.
 const STUCK_SECS: f64 = 60.0;
 
-/// What was seen on the broker in a run. Times are seconds from the master's first order on.
+/// The traffic on the broker in a run. Times are seconds from the master's first order on.
 #[derive(Clone, Debug, Default)]
 pub struct RawFigures {
     /// The length of the run.

@@ -286,8 +286,7 @@ pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) 
 
 /// Tells that a door is on a ride, if it is: a lift has doors of its own.
 fn in_a_lift(graph: &RouteGraph, door: &Door) -> Option<String> {
-    let is_ride = |edge: &EdgeIndex| graph.lifts().iter().any(|lift| lift.rides.contains(edge));
-    let ride = door.edges.iter().find(|edge| is_ride(edge))?;
+    let ride = door.edges.iter().find(|edge| graph.is_ride(**edge))?;
     Some(format!(
         "is on edge {}, which a lift rides: lifts have doors of their own; remove it",
         graph.edge(*ride).id

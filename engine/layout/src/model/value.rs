@@ -92,14 +92,13 @@ const MOST_DIGITS: usize = 24;
 
 /// Writes the numbers of a message with exponents if they are too long to read: `1e300`.
 pub(crate) fn with_short_numbers(message: String) -> String {
-    let is_long = |run: &str| run.len() > MOST_DIGITS;
-    if !digits_and_others(&message).any(|(number, _)| is_long(number)) {
+    if !digits_and_others(&message).any(|(number, _)| number.len() > MOST_DIGITS) {
         return message;
     }
     let mut short = String::new();
     for (number, others) in digits_and_others(&message) {
         match number.parse::<f64>() {
-            Ok(value) if is_long(number) => short.push_str(&format!("{value:e}")),
+            Ok(value) if number.len() > MOST_DIGITS => short.push_str(&format!("{value:e}")),
             _ => short.push_str(number),
         }
         short.push_str(others);

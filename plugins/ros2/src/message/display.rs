@@ -1,4 +1,4 @@
-//! What tools draw and list: `nav_msgs`, `visualization_msgs`, `diagnostic_msgs`.
+//! Messages that tools draw and list: `nav_msgs`, `visualization_msgs`, `diagnostic_msgs`.
 
 use super::geometry::{
     ColorRGBA, Duration, Header, Point, Pose, PoseWithCovariance, Time, TwistWithCovariance,

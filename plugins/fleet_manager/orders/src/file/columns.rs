@@ -35,8 +35,8 @@ impl Meaning {
         (Self::Date, "date day datum tag"),
         (
             Self::Time,
-            "time at start release released releasetime releasedat created createdat timestamp datetime \
-             starttime zeit uhrzeit zeitpunkt freigabe startzeit",
+            "time at start release released releasetime releasedat created createdat timestamp \
+             datetime starttime zeit uhrzeit zeitpunkt freigabe startzeit",
         ),
         (Self::Priority, "priority prio priorität prioritaet"),
         (Self::Earliest, "earliest earlieststart notbefore frühestens fruehestens"),
