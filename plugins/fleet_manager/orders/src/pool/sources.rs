@@ -11,7 +11,7 @@ use crate::load::Load;
 use crate::timetable::check_orders;
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
-const MOST_LOST: usize = 1;
+const MOST_LOST: usize = 10;
 
 /// The names that a store knows already, and the number of the present run.
 #[derive(Clone, Debug, Default)]
