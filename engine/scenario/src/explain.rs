@@ -190,6 +190,15 @@ fn expected_value(expected: &str) -> String {
 /// The least Jaro similarity of a suggestion, as in clap.
 const LEAST_SIMILARITY: f64 = 0.7;
 
+/// The least Jaro similarity of a name to one that it stands for without doubt.
+const SURE_SIMILARITY: f64 = 0.85;
+
+/// Whether a name is one of some candidates, but for a letter or two.
+pub(super) fn is_misspelt(name: &str, candidates: &[&str]) -> bool {
+    let name = name.to_lowercase();
+    candidates.iter().any(|candidate| strsim::jaro(&name, candidate) > SURE_SIMILARITY)
+}
+
 /// Returns the candidate that a misspelt name most likely means, if any is similar to it.
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
@@ -232,5 +241,15 @@ mod tests {
         assert_eq!(closest("udp-sauce", plugins), Some("udp-source"));
         assert_eq!(closest("xyz", plugins), None);
         assert_eq!(closest("", plugins), None);
+    }
+
+    #[test]
+    fn other_words_are_no_misspelt_keys() {
+        for name in ["grah", "robts", "Lights", "rates", "load"] {
+            assert!(is_misspelt(name, &SCENARIO_KEYS), "{name}");
+        }
+        for name in ["colour", "name", "points", "version"] {
+            assert!(!is_misspelt(name, &SCENARIO_KEYS), "{name}");
+        }
     }
 }

@@ -13,7 +13,7 @@ use regatta_layout::{
 use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::default_scenario::{default_scenario, limits};
-use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, closest, explain};
+use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, explain, is_misspelt};
 use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
 
@@ -308,7 +308,7 @@ fn has_no_key(text: &str) -> bool {
     !keys.keys().any(|key| {
         is_key_of(&SCENARIO_KEYS, key)
             || is_key_of(&GRAPH_KEYS, key)
-            || closest(key, SCENARIO_KEYS).is_some()
+            || is_misspelt(key, &SCENARIO_KEYS)
     })
 }
 
