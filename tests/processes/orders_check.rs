@@ -44,19 +44,26 @@ fn each_row_that_cannot_be_used_is_a_line() {
     }
 }
 
+/// Checks a table of orders against a plant, by default a square.
+fn check_rows(rows: &str, plant: Option<&str>) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [day, own_plant] = ["day.csv", "plant.csv"].map(|name| folder.path().join(name));
+    fs::write(&day, rows).expect("written");
+    fs::write(&own_plant, plant.unwrap_or_default()).expect("written");
+    let plant = plant.map_or(graphs("square.yaml"), |_| own_plant);
+    let mut command = regatta();
+    let output = command.args(["orders", "check"]).arg(day).arg("--plant").arg(plant).output();
+    let output = output.expect("regatta starts");
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
 /// Times that no table of hours can hold, and what only the fleet manager refused before.
 #[test]
 fn what_no_run_takes_is_a_line_too() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let day = folder.path().join("day.csv");
     let stops = "1 2 ".repeat(501);
     let rows = format!("name,time,stops\na,0,1 2\nb,1e15,1 2\n..,1,1 2\nd,1,{stops}\n");
-    fs::write(&day, rows).expect("written");
-    let mut command = regatta();
-    command.args(["orders", "check"]).arg(day).arg("--plant").arg(graphs("square.yaml"));
-    let output = command.output().expect("regatta starts");
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let (code, text) = check_rows(&rows, None);
+    assert_eq!(code, Some(1), "{text}");
     for expected in [
         "line 3: `time` is 1000000000000000, and must be 0 to 1000000000 seconds",
         "line 4: ",
@@ -69,16 +76,9 @@ fn what_no_run_takes_is_a_line_too() {
 
 #[test]
 fn stops_of_a_plant_that_no_robot_can_serve_twice_are_lines() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let [day, plant] = ["day.csv", "plant.csv"].map(|name| folder.path().join(name));
-    fs::write(&day, "from,to\nA,C\nA,c\n").expect("written");
     let one_way = "id,x,y\nA,0,0\nB,9,0\nC,18,0\n\nfrom,to,speed\nA,B,1\nB,C,1\n";
-    fs::write(&plant, one_way).expect("written");
-    let mut command = regatta();
-    command.args(["orders", "check"]).arg(day).arg("--plant").arg(plant);
-    let output = command.output().expect("regatta starts");
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let (code, text) = check_rows("from,to\nA,C\nA,c\n", Some(one_way));
+    assert_eq!(code, Some(1), "{text}");
     for expected in [
         "time          in no column: all orders come at time 0",
         "line 2: stop 1: robots can't serve `A`, as no way leads back from it; connect it",
@@ -91,13 +91,8 @@ fn stops_of_a_plant_that_no_robot_can_serve_twice_are_lines() {
 
 #[test]
 fn hours_without_orders_share_a_line() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let day = folder.path().join("day.csv");
-    fs::write(&day, "from,to,time\n1,3,2019-05-01 08:10\n1,3,2026-05-01 09:20\n").expect("written");
-    let mut command = regatta();
-    command.args(["orders", "check"]).arg(day).arg("--plant").arg(graphs("square.yaml"));
-    let output = command.output().expect("regatta starts");
-    let text = String::from_utf8_lossy(&output.stdout);
+    let rows = "from,to,time\n1,3,2019-05-01 08:10\n1,3,2026-05-01 09:20\n";
+    let (_, text) = check_rows(rows, None);
     assert!(text.contains("   0       1\n   1 to 61368: none\n61369       1\n"), "{text}");
     assert!(text.contains("longest gap   2557 days without an order"), "{text}");
     assert!(text.lines().count() < 20, "{text}");
@@ -116,17 +111,11 @@ fn json_has_all_of_it() {
 /// Stations that a study refuses, and whose orders a run counts as unroutable.
 #[test]
 fn a_stop_that_lacks_a_way_is_a_line() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let [day, plant] = ["day.csv", "plant.csv"].map(|name| folder.path().join(name));
-    let rows = "id,x,y,name\nA,0,0,In\nB,9,0,Out\nC,9,9,Trap\nI,50,0,Island\nJ,60,0,\n\n\
+    let plant = "id,x,y,name\nA,0,0,In\nB,9,0,Out\nC,9,9,Trap\nI,50,0,Island\nJ,60,0,\n\n\
                 from,to\nA,B\nB,A\nB,C\nI,J\nJ,I\n";
-    fs::write(&plant, rows).expect("written");
-    fs::write(&day, "name,time,stops\na,0,In Out\nb,1,A Trap\nc,2,Island B\n").expect("written");
-    let mut command = regatta();
-    command.args(["orders", "check"]).arg(day).arg("--plant").arg(plant);
-    let output = command.output().expect("regatta starts");
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let rows = "name,time,stops\na,0,In Out\nb,1,A Trap\nc,2,Island B\n";
+    let (code, text) = check_rows(rows, Some(plant));
+    assert_eq!(code, Some(1), "{text}");
     for expected in [
         "line 3: stop 2: robots can't serve `Trap`, as no way leads back from it; connect it",
         "line 4: stop 1: robots can't serve `Island`, as no way leads to it or back from it",
