@@ -139,10 +139,14 @@ fn plan(args: &StudyArgs, way: &Way, broker: Option<&BrokerUrl>) -> Result<Maste
         (None, Some(url)) => format!("a program at {url}"),
         (None, None) => "a program at the study's own broker".to_owned(),
     };
+    let orders = match way {
+        Way::Own => way.to_string(),
+        Way::Command(_) | Way::Post { .. } => format!("{}, {way}", variant.load),
+    };
     Ok(MasterPlan {
         title: request::title(plant),
         master,
-        orders: way.to_string(),
+        orders,
         is_load_endless: *way != Way::Own && variant.is_load_endless(),
         vehicles: args.robots.clone().unwrap_or(Robots::Range(1, most)),
         repeats: args.master.repeats,

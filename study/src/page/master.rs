@@ -300,8 +300,7 @@ fn method(answer: &MasterAnswer, variant: &Variant) -> Vec<String> {
     vec![
         format!(
             "Regatta {program}. The roads have {nodes} nodes and {edges} edges. Master: {master}. \
-             Transport orders: {orders}. Load: {}.",
-            variant.load
+             Transport orders: {orders}."
         ),
         format!(
             "**Real time**: a master is a program that works in real time. Each run takes {secs} s \
