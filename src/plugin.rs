@@ -136,8 +136,8 @@ pub fn is_built_in(name: &str) -> bool {
     PLUGINS.iter().any(|plugin| plugin.name == name)
 }
 
-/// Whether a built-in plugin does more with these arguments than take part in its fleet: they name a
-/// file, an address, or something that isn't known, or it opens a network without any.
+/// Whether a built-in plugin does more with these arguments than take part in its fleet: they name
+/// a file, an address, or something that isn't known, or it opens a network without any.
 pub fn reaches_out(name: &str, args: &[String]) -> bool {
     let Some(plugin) = PLUGINS.iter().find(|plugin| plugin.name == name) else { return false };
     // DDS opens ports to everybody, whatever the options.

@@ -50,11 +50,13 @@ pub struct MasterArgs {
     /// broker, or without an address on one that is started here. With --manager, each run starts
     /// the master; without, it is there already
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1, help_heading = HEADING)]
-    #[arg(conflicts_with_all = ["target", "seeds", "vary", "bound", "reliefs", "jobs", "processes"])]
+    #[arg(
+        conflicts_with_all = ["target", "seeds", "vary", "bound", "reliefs", "jobs", "processes"]
+    )]
     #[arg(conflicts_with_all = ["on", "export_jobs", "record", "foreign_results"])]
     vda5050: Option<Option<BrokerUrl>>,
-    /// Command that hands a transport order to the master, with {id}, {pick} and {drop}; without one
-    /// and without --order-url, the master makes orders itself
+    /// Command that hands a transport order to the master, with {id}, {pick} and {drop}; without
+    /// one and without --order-url, the master makes orders itself
     #[arg(long, value_name = "COMMAND", requires = "vda5050", help_heading = HEADING)]
     order_command: Option<String>,
     /// Address to which a transport order is sent by POST, with {id}, {pick} and {drop}

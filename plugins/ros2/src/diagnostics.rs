@@ -67,17 +67,17 @@ impl Diagnostics {
                 *count += 1;
             }
         }
-        let count = |state: RobotState| counts[state as usize];
         let values: Vec<_> = (0..RobotState::COUNT as u8)
             .filter_map(|number| Activity::of_state(RobotState::from_number(number)))
             .zip(counts)
             .map(|(activity, count)| (activity.name(), count.to_string()))
             .collect();
-        let (level, message) = match (count(RobotState::Faulted), count(RobotState::Broken)) {
-            (0, 0) => (level::OK, format!("{} robots", counts.iter().sum::<usize>())),
-            (0, broken) => (level::WARN, format!("{broken} robots are broken")),
-            (faulted, _) => (level::ERROR, format!("{faulted} robots are faulted")),
-        };
+        let (level, message) =
+            match [RobotState::Faulted, RobotState::Broken].map(|state| counts[state as usize]) {
+                [0, 0] => (level::OK, format!("{} robots", counts.iter().sum::<usize>())),
+                [0, broken] => (level::WARN, format!("{broken} robots are broken")),
+                [faulted, _] => (level::ERROR, format!("{faulted} robots are faulted")),
+            };
         self.status("robots", level, &message, &values)
     }
 

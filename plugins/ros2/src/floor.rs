@@ -93,8 +93,7 @@ fn truth(node: &Node<'_>) -> Result<bool, yaml::Error> {
 
 /// Reads a map.
 pub(crate) fn read(path: &Path) -> Result<OccupancyGrid, FloorError> {
-    let failed = |source| FloorError::File { path: path.to_owned(), source };
-    let text = file::read_text(path, MAX_YAML_BYTES).map_err(failed)?;
+    let text = file::read_text(path, MAX_YAML_BYTES).map_err(|source| unreadable(path, source))?;
     let map =
         MapFile::parse(&text).map_err(|error| FloorError::Yaml { path: path.to_owned(), error })?;
     let picture = path.parent().unwrap_or(Path::new("")).join(&map.image);
@@ -102,17 +101,21 @@ pub(crate) fn read(path: &Path) -> Result<OccupancyGrid, FloorError> {
 }
 
 fn read_picture(path: &Path) -> Result<GrayImage, FloorError> {
-    let failed = |source| FloorError::File { path: path.to_owned(), source };
-    let file = file::open(path, MAX_PICTURE_BYTES).map_err(failed)?;
+    let file = file::open(path, MAX_PICTURE_BYTES).map_err(|source| unreadable(path, source))?;
     let reader = ImageReader::new(BufReader::new(file)).with_guessed_format();
-    let mut reader = reader.map_err(failed)?;
+    let mut reader = reader.map_err(|source| unreadable(path, source))?;
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
     limits.max_alloc = Some(MAX_PICTURE_BYTES);
     reader.limits(limits);
-    let picture = reader.decode();
-    let failed = |source| FloorError::Picture { path: path.to_owned(), source };
-    Ok(picture.map_err(failed)?.into_luma8())
+    match reader.decode() {
+        Ok(picture) => Ok(picture.into_luma8()),
+        Err(source) => Err(FloorError::Picture { path: path.to_owned(), source }),
+    }
+}
+
+fn unreadable(path: &Path, source: std::io::Error) -> FloorError {
+    FloorError::File { path: path.to_owned(), source }
 }
 
 /// Returns the cells, by row from the south. Of cells that are put together, one that is occupied

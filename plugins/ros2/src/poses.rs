@@ -1,4 +1,5 @@
-//! The messages of each frame: poses of the whole fleet, frames in `/tf`, odometry of chosen robots.
+//! The messages of each frame: poses of the whole fleet, frames in `/tf`, odometry of chosen
+//! robots.
 
 use std::time::Duration;
 

@@ -7,7 +7,8 @@
 //!
 //! [`message`] has the messages of all versions, for anyone who reads or writes them. [`vehicle`]
 //! is a vehicle as the standard has it, without connections and clocks. [`map`] knows the layout by
-//! the ids of orders. The plugin puts them together. [`judge`] and [`meter`] watch anyone's traffic.
+//! the ids of orders. The plugin puts them together. [`judge`] and [`meter`] watch anyone's
+//! traffic.
 
 pub mod broker;
 mod client;

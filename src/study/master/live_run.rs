@@ -230,8 +230,8 @@ impl LiveRun<'_> {
         let owes = figures.bases.iter().filter(|base| base.answer == Answer::MissingFree).count();
         if owes > 0 && silent > SILENCE_SECS + SILENCE * slowest {
             return Err(RunError::Failed(format!(
-                "the master sent its last order {silent:.0} s before the end, while {owes} vehicles \
-                 waited for bases that were free: it has stopped"
+                "the master sent its last order {silent:.0} s before the end, while {owes} \
+                 vehicles waited for bases that were free: it has stopped"
             )));
         }
         Ok(())

@@ -149,13 +149,24 @@ fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     0.0..if largest > 0.0 { largest * 1.06 } else { 1.0 }
 }
 
+/// Returns the label of a tick of an axis: with two digits at least, as ticks have round steps.
 pub(super) fn label(value: f64) -> String {
-    if value != 0.0 && value.abs() < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = (1.0 - value.abs().log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn labels_tell_ticks_apart() {
+        let labels = [0.0, 0.005, 0.045, 0.2, 2.5, 12.0, 1500.0].map(label);
+        assert_eq!(labels, ["0", "0.0050", "0.045", "0.20", "2.5", "12", "1500"]);
+    }
 
     #[test]
     fn a_chart_has_its_lines_bars_and_names() {

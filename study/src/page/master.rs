@@ -213,8 +213,8 @@ fn waiting(point: &MasterPoint, variant: &Variant) -> Vec<Block> {
     if found.is_empty() {
         let text = match robots >= 0.005 {
             true => format!(
-                "{robots:.2} vehicles stood at the end of their base on average; their orders didn't \
-                 tell where to."
+                "{robots:.2} vehicles stood at the end of their base on average; their orders \
+                 didn't tell where to."
             ),
             false => "Nowhere: no vehicle stood and waited for a base.".to_owned(),
         };
@@ -305,9 +305,9 @@ fn method(answer: &MasterAnswer, variant: &Variant) -> Vec<String> {
         format!(
             "**Real time**: a master is a program that works in real time. Each run takes {secs} s \
              from the master's first order on, and its figures contain times of this machine, of \
-             the broker and of the network; they don't repeat bit by bit, as those of other studies \
-             do. Each number of vehicles has {} of them, with other transport orders; intervals are \
-             Student's at 95 % over them.",
+             the broker and of the network; they don't repeat bit by bit, as those of other \
+             studies do. Each number of vehicles has {} of them, with other transport orders; \
+             intervals are Student's at 95 % over them.",
             if *repeats == 1 { "one".to_owned() } else { repeats.to_string() }
         ),
         "**A base** is asked for by the first state with `newBaseRequest`, or that shows the last \
@@ -315,15 +315,15 @@ fn method(answer: &MasterAnswer, variant: &Variant) -> Vec<String> {
          releases more. The time between counts as the master's own if none of the released nodes \
          was in the base of another vehicle, or was its last node, since the state; a base that \
          hasn't come at the end counts with its time so far. A master that keeps more room apart \
-         than nodes, such as blocks and single tracks, holds vehicles back at nodes that look free: \
-         then late bases stand at these places, and at no others."
+         than nodes, such as blocks and single tracks, holds vehicles back at nodes that look \
+         free: then late bases stand at these places, and at no others."
             .to_owned(),
         format!(
             "**The master copes** with a number of vehicles if in each of its runs the 99th \
              percentile of the master's own time is at most {late_secs} s, no vehicles touch, no \
-             bases have the same way in opposite directions, no vehicle stands at the end for longer \
-             than a minute (in short runs half of the run) without a base, each vehicle gets an order \
-             if there is one for each. A range of numbers is doubled \
+             bases have the same way in opposite directions, no vehicle stands at the end for \
+             longer than a minute (in short runs half of the run) without a base, each vehicle \
+             gets an order if there is one for each. A range of numbers is doubled \
              until the master fails; then the distance to the largest number below is halved."
         ),
         "**A transport** is counted when a vehicle has finished an action `drop` after an action \
@@ -331,8 +331,8 @@ fn method(answer: &MasterAnswer, variant: &Variant) -> Vec<String> {
          handed over; its time begins then. The throughput is without the warm-up (MSER-5 on the \
          transports of each ten seconds)."
             .to_owned(),
-        "Contacts are found by the validator in the poses of the vehicles, breaches of the standard \
-         by `regatta vda5050 check` in the messages."
+        "Contacts are found by the validator in the poses of the vehicles, breaches of the \
+         standard by `regatta vda5050 check` in the messages."
             .to_owned(),
     ]
 }

@@ -66,8 +66,8 @@ fn robots(variant: &VariantAnswer) -> String {
 
 fn ticks() -> String {
     "Robots arrive, end turns and get orders at ticks: each of these takes up to a tick longer than \
-     in continuous time, a bias that intervals don't contain. At ten ticks a second, an order takes \
-     up to 0.1 s longer for each of its stops and for each turn on the spot."
+     in continuous time, a bias that intervals don't contain. At ten ticks a second, an order \
+     takes up to 0.1 s longer for each of its stops and for each turn on the spot."
         .to_owned()
 }
 
@@ -87,8 +87,8 @@ fn warm_up(answer: &Answer) -> String {
     let longest = times.map(|interval| interval.mean).fold(0.0, f64::max);
     format!(
         "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, Simulation \
-         69, 1997; White, Cobb and Spratt, Winter Simulation Conference, 2000); at most {longest:.0} \
-         s on average over the seeds of a point."
+         69, 1997; White, Cobb and Spratt, Winter Simulation Conference, 2000); at most \
+         {longest:.0} s on average over the seeds of a point."
     )
 }
 
@@ -119,9 +119,9 @@ fn least(method: &Method) -> String {
         "The least number: robots are doubled until a number meets '{targets}', then the distance \
          to the largest number below that doesn't is halved until they are neighbours, and the two \
          numbers on either side of the answer are run, too. A number meets a target if all of the \
-         95 % interval of the mean over its runs does. To meet all targets, it must meet each, which \
-         needs no wider intervals (the intersection-union test: Berger, Technometrics 24, 1982). \
-         Runs with a stall, and days that aren't over at their limit, meet none."
+         95 % interval of the mean over its runs does. To meet all targets, it must meet each, \
+         which needs no wider intervals (the intersection-union test: Berger, Technometrics 24, \
+         1982). Runs with a stall, and days that aren't over at their limit, meet none."
     )
 }
 
@@ -131,7 +131,7 @@ fn bottlenecks() -> String {
      of, and for the node where that ends. 'Robots waiting for it' is their mean number. It is \
      measured by where robots are and where they go next, whoever steers them. 'Of all waiting': \
      the rest of the time they wait for other places, or where their manager keeps them, for no \
-     place that can be seen. What relieves a bottleneck was tried: the same runs with that one change. \
-     'Within chance': the interval holds 0."
-    .to_owned()
+     place that can be seen. What relieves a bottleneck was tried: the same runs with that one \
+     change. 'Within chance': the interval holds 0."
+        .to_owned()
 }

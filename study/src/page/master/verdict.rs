@@ -98,8 +98,8 @@ fn in_words(fault: &Fault) -> String {
                 format!("{count} vehicles stand")
             };
             format!(
-                "{who} at the end without a base (vehicle {vehicle} for {secs:.0} s at `{node}`, on \
-                 its way{next})"
+                "{who} at the end without a base (vehicle {vehicle} for {secs:.0} s at `{node}`, \
+                 on its way{next})"
             )
         }
         Fault::NeverOrdered { count } => {
@@ -126,10 +126,13 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
         );
     }
     if answer.points.iter().any(|point| !point.runs.is_empty()) {
+        let runs = match answer.repeats {
+            1 => "one run".to_owned(),
+            repeats => format!("{repeats} runs"),
+        };
         caveats.push(format!(
-            "**In real time**: figures are times of this machine, broker and network, of {} of {} s \
-             each for a number of vehicles.",
-            if answer.repeats == 1 { "one run".to_owned() } else { format!("{} runs", answer.repeats) },
+            "**In real time**: figures are times of this machine, broker and network, of {runs} of {} \
+             s each for a number of vehicles.",
             answer.secs
         ));
     }
@@ -175,8 +178,8 @@ fn few_bases(answer: &MasterAnswer) -> Option<String> {
     let bases = point.sum(|run| run.response.map_or(0, |times| times.count as u64));
     (1..ENOUGH).contains(&bases).then(|| {
         format!(
-            "**Few bases**: with {}, the master's own times are those of {bases} bases, so that 99 of \
-             100 means all of them; a longer `--duration` gives more.",
+            "**Few bases**: with {}, the master's own times are those of {bases} bases, so that 99 \
+             of 100 means all of them; a longer `--duration` gives more.",
             vehicles_in_words(point.vehicles)
         )
     })

@@ -239,8 +239,8 @@ fn a_lack_of_room_is_no_failure() {
     }));
     assert_eq!(
         said,
-        "at least 2 robots, which carry 40.0 ± 1.0 orders an hour. There is no room for 4 robots: 3 \
-         of 4 robots fit; 3 wasn't tried."
+        "at least 2 robots, which carry 40.0 ± 1.0 orders an hour. There is no room for 4 robots: \
+         3 of 4 robots fit; 3 wasn't tried."
     );
 }
 
