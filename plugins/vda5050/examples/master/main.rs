@@ -1,7 +1,8 @@
 //! A small master of VDA 5050 2.0 for layouts in LIF, to try `regatta study --vda5050` with.
 //!
 //! Each vehicle gets one transport after the other, on the shortest way, and bases of a few edges
-//! whose nodes no other vehicle has. It takes transports from the topic `transports` of its broker
+//! whose nodes no other vehicle has. While a vehicle is online and hasn't told its place, none gets
+//! anything. It takes transports from the topic `transports` of its broker
 //! or by HTTP, or makes them itself. It doesn't look ahead: on roads of both directions vehicles
 //! may block each other.
 //!
@@ -18,7 +19,8 @@ use std::time::{Duration, Instant, SystemTime};
 use clap::Parser;
 use regatta_vda5050::broker::{self, Broker, BrokerUrl, Delivery, Incoming, Session};
 use regatta_vda5050::message::{
-    Action, BlockingType, Edge, Header, Node, Order, State, Version, decode, encode, timestamp,
+    Action, BlockingType, Connection, ConnectionState, Edge, Header, Node, Order, State, Version,
+    decode, encode, timestamp,
 };
 
 use load::{Load, Transport};
@@ -99,7 +101,9 @@ fn main() -> Result {
     let roads = Roads::read(&cli.layout)?;
     let mut load = Load::new(cli.http, cli.own_load)?;
     let mut broker = Broker::start(cli.broker.clone(), broker::password(None)?)?;
-    let topics = vec![format!("{}/+/state", cli.vehicles), TRANSPORTS.to_owned()];
+    let [connections, states] =
+        ["connection", "state"].map(|name| format!("{}/+/{name}", cli.vehicles));
+    let topics = vec![connections, states, TRANSPORTS.to_owned()];
     let client_id = format!("example-master-{}", std::process::id());
     let link = broker.connect(&Session { client_id, will: None, topics });
     let (claims, vehicles) = (Claims::default(), BTreeMap::new());
@@ -123,7 +127,11 @@ impl Master {
                 }
                 Incoming::Message { topic, payload, .. } => {
                     let serial = topic.rsplit('/').nth(1).unwrap_or_default().to_owned();
-                    if let Ok(state) = decode::<State>(&payload) {
+                    if topic.ends_with("/connection") {
+                        if let Ok(connection) = decode(&payload) {
+                            self.take_connection(serial, &connection);
+                        }
+                    } else if let Ok(state) = decode(&payload) {
                         self.take_state(serial, state);
                     }
                 }
@@ -137,6 +145,16 @@ impl Master {
     fn open_transports(&self) -> usize {
         let carried = self.vehicles.values().filter(|vehicle| vehicle.order.is_some());
         carried.count() + self.waiting.len()
+    }
+
+    /// Notes a vehicle that has come, and forgets one that has gone.
+    fn take_connection(&mut self, serial: String, connection: &Connection) {
+        if connection.connection_state == ConnectionState::Online {
+            self.vehicles.entry(serial).or_default();
+        } else {
+            self.claims.set(&serial, Vec::new());
+            self.vehicles.remove(&serial);
+        }
     }
 
     fn take_state(&mut self, serial: String, state: State) {
@@ -169,6 +187,10 @@ impl Master {
 
     /// Sends what is due, and plans what vehicles need.
     fn serve(&mut self) {
+        // A vehicle may stand at any node until its first state.
+        if self.vehicles.values().any(|vehicle| vehicle.state.is_none()) {
+            return;
+        }
         let excess = self.vehicles.len().saturating_sub(self.cli.capacity);
         let delay = Duration::from_secs_f64(self.cli.delay * excess as f64);
         let now = Instant::now();
