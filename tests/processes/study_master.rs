@@ -5,11 +5,14 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
-use crate::fleet::regatta;
+use crate::fleet::{Process, regatta};
+use crate::vda5050::Broker;
+use crate::vda5050::master::Master as Peer;
 
 /// The nodes of a long side of the road, and metres between two nodes.
 const SIDE: usize = 8;
@@ -195,4 +198,47 @@ fn an_interrupted_study_tells_what_it_has_measured() {
     assert!(text.contains("The master copes with 2 vehicles on this layout"), "{text}");
     assert!(text.contains("Interrupted: the study was ended before its end"), "{text}");
     assert_eq!(plant.answer()["points"].as_array().map(Vec::len), Some(1));
+}
+
+/// The time in which a master on a busy machine starts and answers a state.
+const ANSWER: Duration = Duration::from_secs(3);
+
+/// A state of a vehicle that stands at a node, with the first version of an order, if any.
+fn state(order: &str, node: &str) -> Value {
+    json!({"orderId": order, "orderUpdateId": 0, "lastNodeId": node, "lastNodeSequenceId": 0,
+        "nodeStates": [], "edgeStates": [], "driving": false, "actionStates": [],
+        "batteryState": {"batteryCharge": 80.0, "charging": false}, "operatingMode": "AUTOMATIC",
+        "newBaseRequest": true, "errors": [],
+        "safetyState": {"eStop": "NONE", "fieldViolation": false}})
+}
+
+#[test]
+fn the_example_master_waits_for_the_node_of_each_vehicle_and_keeps_that_of_a_lost_one() {
+    let Some(broker) = Broker::start("places") else { return };
+    let plant = Plant::new(false);
+    let [mut near, mut far] =
+        ["a", "b"].map(|serial| Peer::connect(broker.port, &format!("uagv/v2/regatta/{serial}")));
+    for vehicle in [&mut near, &mut far] {
+        vehicle.send_kept("connection", json!({"connectionState": "ONLINE"}));
+    }
+    // What a vehicle has sent is with the broker once it has come back.
+    far.wait("connection", |_| true);
+    near.wait("connection", |_| true);
+    let mut command = Command::new(master());
+    command.arg(broker.url()).arg(plant.path("plant.lif.json")).arg("--own-load");
+    let _master = Process::start(&mut command);
+    near.send_kept("state", state("", "N0"));
+    assert_eq!(near.wait_at_most("order", ANSWER), None, "the node of the other isn't known");
+    far.send_kept("state", state("", "N1"));
+    far.wait("state", |_| true);
+    let order = near.wait("order", |_| true);
+    let released = |place: usize| order["nodes"][place]["released"].clone();
+    assert_eq!([released(0), released(1)], [json!(true), json!(false)], "{order}");
+    far.send_kept("connection", json!({"connectionState": "CONNECTIONBROKEN"}));
+    far.wait("connection", |message| message["connectionState"] == "CONNECTIONBROKEN");
+    near.send("state", state(order["orderId"].as_str().expect("an id"), "N0"));
+    assert_eq!(near.wait_at_most("order", ANSWER), None, "the other one still stands there");
+    far.send_kept("connection", json!({"connectionState": "OFFLINE"}));
+    far.wait("connection", |message| message["connectionState"] == "OFFLINE");
+    assert_eq!(near.wait("order", |_| true)["nodes"][1]["released"], json!(true));
 }

@@ -1,6 +1,6 @@
 //! `regatta plugin vda5050` on a real engine and a real broker (Mosquitto).
 
-mod master;
+pub mod master;
 
 use std::io::Write;
 use std::net::TcpListener;
@@ -13,15 +13,15 @@ use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 use master::Master;
 
 /// A broker on a free port of this machine.
-struct Broker {
+pub struct Broker {
     process: Option<Process>,
-    port: u16,
+    pub port: u16,
     config: PathBuf,
 }
 
 impl Broker {
     /// Starts a broker. Returns `None`, and says so, if Mosquitto isn't installed.
-    fn start(test: &str) -> Option<Self> {
+    pub fn start(test: &str) -> Option<Self> {
         let program = mosquitto()?;
         let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
         let port = port.expect("a free port").port();
@@ -47,7 +47,7 @@ impl Broker {
         self.run(&mosquitto().expect("it was there"));
     }
 
-    fn url(&self) -> String {
+    pub fn url(&self) -> String {
         format!("mqtt://127.0.0.1:{}", self.port)
     }
 }

@@ -1,4 +1,4 @@
-//! A small master of one vehicle: it sends messages, and waits for those of the vehicle.
+//! One side of the topics of a vehicle: it sends messages, and waits for those of the other side.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::fleet::TIMEOUT;
 
-/// The master of one vehicle.
+/// The master of one vehicle, or the vehicle of a master.
 pub struct Master {
     client: Client,
     connection: Connection,
@@ -39,14 +39,27 @@ impl Master {
     }
 
     /// Sends a message, with a header.
-    pub fn send(&mut self, topic: &str, mut message: Value) {
+    pub fn send(&mut self, topic: &str, message: Value) {
+        let text = self.with_header(message).to_string();
+        self.send_text(topic, &text);
+    }
+
+    /// Sends a message, with a header, that the broker keeps.
+    pub fn send_kept(&mut self, topic: &str, message: Value) {
+        let topic = format!("{}/{topic}", self.prefix);
+        let options = PublishOptions::new(QoS::AtLeastOnce).retained();
+        let text = self.with_header(message).to_string();
+        self.client.publish(topic, text, options).expect("a request");
+    }
+
+    fn with_header(&mut self, mut message: Value) -> Value {
         let header = json!({"headerId": self.header_id, "timestamp": "2026-01-01T00:00:00.000Z",
             "version": "2.0.0", "manufacturer": "regatta", "serialNumber": "x"});
         self.header_id += 1;
         for (key, value) in header.as_object().expect("an object") {
             message[key] = value.clone();
         }
-        self.send_text(topic, &message.to_string());
+        message
     }
 
     /// Sends any text.
@@ -61,16 +74,32 @@ impl Master {
         let start = Instant::now();
         let mut last = Value::Null;
         while start.elapsed() < TIMEOUT {
-            let event = self.connection.recv_timeout(Duration::from_millis(200));
-            let Ok(Ok(Event::Incoming(Packet::Publish(message)))) = event else { continue };
-            if !message.topic.ends_with(format!("/{topic}").as_bytes()) {
-                continue;
-            }
-            last = serde_json::from_slice(&message.payload).expect("JSON");
+            let Some(message) = self.next(topic) else { continue };
+            last = message;
             if is_wanted(&last) {
                 return last;
             }
         }
         panic!("no such message on {topic} within {} s; the last: {last}", TIMEOUT.as_secs());
+    }
+
+    /// Returns the message on a topic that comes within a time, or `None`.
+    pub fn wait_at_most(&mut self, topic: &str, time: Duration) -> Option<Value> {
+        let start = Instant::now();
+        while start.elapsed() < time {
+            let message = self.next(topic);
+            if message.is_some() {
+                return message;
+            }
+        }
+        None
+    }
+
+    /// Returns the next message, if it comes soon and is on a topic.
+    fn next(&mut self, topic: &str) -> Option<Value> {
+        let event = self.connection.recv_timeout(Duration::from_millis(200));
+        let Ok(Ok(Event::Incoming(Packet::Publish(message)))) = event else { return None };
+        let is_on_topic = message.topic.ends_with(format!("/{topic}").as_bytes());
+        is_on_topic.then(|| serde_json::from_slice(&message.payload).expect("JSON"))
     }
 }

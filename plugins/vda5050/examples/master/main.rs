@@ -1,10 +1,10 @@
 //! A small master of VDA 5050 2.0 for layouts in LIF, to try `regatta study --vda5050` with.
 //!
 //! Each vehicle gets one transport after the other, on the shortest way, and bases of a few edges
-//! whose nodes no other vehicle has. While a vehicle is online and hasn't told its place, none gets
-//! anything. It takes transports from the topic `transports` of its broker
-//! or by HTTP, or makes them itself. It doesn't look ahead: on roads of both directions vehicles
-//! may block each other.
+//! whose nodes no other vehicle has. While the node of a vehicle that is online isn't known, no
+//! vehicle gets anything; one whose connection is broken keeps its nodes. The master takes
+//! transports from the topic `transports` of its broker or by HTTP, or makes them itself. It
+//! doesn't look ahead: on roads of both directions vehicles may block each other.
 //!
 //! Its faults can be chosen: above `--capacity` vehicles, each further one delays all that it
 //! sends by `--delay` seconds, and with `--careless` it gives bases whoever is in them.
@@ -147,13 +147,18 @@ impl Master {
         carried.count() + self.waiting.len()
     }
 
-    /// Notes a vehicle that has come, and forgets one that has gone.
+    /// Notes a vehicle that has come, and forgets one that has left.
     fn take_connection(&mut self, serial: String, connection: &Connection) {
-        if connection.connection_state == ConnectionState::Online {
-            self.vehicles.entry(serial).or_default();
-        } else {
-            self.claims.set(&serial, Vec::new());
-            self.vehicles.remove(&serial);
+        match connection.connection_state {
+            ConnectionState::Online => {
+                self.vehicles.entry(serial).or_default();
+            }
+            ConnectionState::Offline => {
+                self.claims.set(&serial, Vec::new());
+                self.vehicles.remove(&serial);
+            }
+            // It still stands where it is.
+            ConnectionState::Hibernating | ConnectionState::ConnectionBroken => {}
         }
     }
 
@@ -187,8 +192,8 @@ impl Master {
 
     /// Sends what is due, and plans what vehicles need.
     fn serve(&mut self) {
-        // A vehicle may stand at any node until its first state.
-        if self.vehicles.values().any(|vehicle| vehicle.state.is_none()) {
+        // A vehicle whose node isn't known may stand at any.
+        if !self.vehicles.values().all(Vehicle::is_placed) {
             return;
         }
         let excess = self.vehicles.len().saturating_sub(self.cli.capacity);
@@ -273,10 +278,15 @@ impl Master {
 }
 
 impl Vehicle {
+    /// Whether its last node is known.
+    fn is_placed(&self) -> bool {
+        self.state.as_ref().is_some_and(|state| !state.last_node_id.is_empty())
+    }
+
     /// Whether it needs a transport or a base, and has taken what was sent.
     fn wants(&self) -> bool {
         let Some(state) = &self.state else { return false };
-        let Some(order) = &self.order else { return !state.last_node_id.is_empty() };
+        let Some(order) = &self.order else { return true };
         let has_taken = state.order_id == order.id && state.order_update_id == order.update_id;
         let has_more = order.released < order.way.nodes.len();
         let is_at_end = state.last_node_sequence_id as usize / 2 + 1 >= order.released;
