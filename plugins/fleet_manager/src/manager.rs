@@ -156,7 +156,7 @@ impl Manager {
         self.see(columns, robot_types);
         self.charging.see(columns.state.len(), charges, robot_types);
         self.times.begin();
-        self.orders.generate_until(now_secs, self.present.len());
+        self.generate(now_secs);
         for robot in self.orders.take_requests(now_secs) {
             self.halt(robot);
         }

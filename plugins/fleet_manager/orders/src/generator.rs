@@ -1,5 +1,5 @@
-//! Generators of orders. Their orders depend on the seed and the time alone, not on the number of
-//! calls.
+//! Generators of orders. Their orders depend on the seed, the time and, for endless loads, on which
+//! orders are feasible, not on the number of calls.
 
 use regatta_base::random::Random;
 
@@ -11,6 +11,14 @@ const ARRIVAL: u64 = 0;
 const FROM: u64 = 1;
 const TO: u64 = 2;
 const DWELL: u64 = 3;
+/// The first of the draws that replace an infeasible order, after those of the stops' dwells.
+const REPLACEMENT: u64 = 8;
+
+/// The largest number of orders that an endless load draws in one call in place of infeasible ones.
+const MOST_REPLACEMENTS: u64 = 20;
+
+/// Whether a robot can carry a new order out now.
+pub type IsFeasible<'a> = &'a dyn Fn(&NewOrder) -> bool;
 
 /// A generator and its progress.
 #[derive(Clone, Debug)]
@@ -19,6 +27,8 @@ pub(super) struct Generator {
     random: Random,
     /// The number of orders that it has made.
     made: u64,
+    /// The number of infeasible orders drawn in a row instead of the next one.
+    replaced: u64,
     /// The next order on a time axis on which one order comes per unit on average.
     next_unit: f64,
     /// The number in the names of a store's runs.
@@ -30,7 +40,7 @@ impl Generator {
     pub(super) fn new(settings: GeneratorSettings, seed: u64, number: u64, run: u64) -> Self {
         let random = Random::new(seed).part(number);
         let next_unit = random.part(1).exponential(ARRIVAL);
-        Self { settings, random, made: 0, next_unit, run }
+        Self { settings, random, made: 0, replaced: 0, next_unit, run }
     }
 
     /// Makes a generator that keeps as many orders open as there are robots, each with one of some
@@ -55,24 +65,47 @@ impl Generator {
     }
 
     /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs
-    /// the number of robots, and of its orders that are open.
+    /// the number of robots, and of its orders that are open; it makes feasible orders only, or
+    /// none for now.
     pub(super) fn next(
         &mut self,
         now_secs: f64,
         robots: usize,
         open: usize,
+        is_feasible: IsFeasible<'_>,
     ) -> Option<(f64, NewOrder)> {
-        let secs = match &self.settings.arrival {
+        let number = self.made + 1;
+        let (secs, order) = match &self.settings.arrival {
             Arrival::Poisson(shifts) => {
-                time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?
+                let secs = time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?;
+                (secs, self.order(self.random.part(number), secs))
             }
-            Arrival::Endless(orders) if open < orders.unwrap_or(robots) => now_secs,
+            Arrival::Endless(orders) if open < orders.unwrap_or(robots) => {
+                (now_secs, self.draw_feasible(now_secs, is_feasible)?)
+            }
             Arrival::Endless(_) => return None,
         };
-        self.made += 1;
-        let order = self.order(self.made, secs);
-        self.next_unit += self.random.part(self.made + 1).exponential(ARRIVAL);
+        self.made = number;
+        self.replaced = 0;
+        self.next_unit += self.random.part(number + 1).exponential(ARRIVAL);
         Some((secs, order))
+    }
+
+    /// Draws the next order until it is feasible. Closed roads may leave few orders that are: the
+    /// next call draws on.
+    fn draw_feasible(&mut self, secs: f64, is_feasible: IsFeasible<'_>) -> Option<NewOrder> {
+        for _ in 0..=MOST_REPLACEMENTS {
+            let random = self.random.part(self.made + 1);
+            let order = match self.replaced {
+                0 => self.order(random, secs),
+                replaced => self.order(random.part(REPLACEMENT + replaced), secs),
+            };
+            if is_feasible(&order) {
+                return Some(order);
+            }
+            self.replaced += 1;
+        }
+        None
     }
 
     /// The nodes of all stops, and those at which orders end.
@@ -97,9 +130,8 @@ impl Generator {
         }
     }
 
-    /// Returns an order by its number alone.
-    fn order(&self, number: u64, secs: f64) -> NewOrder {
-        let random = self.random.part(number);
+    /// Returns the next order by its random numbers alone.
+    fn order(&self, random: Random, secs: f64) -> NewOrder {
         let nodes = match &self.settings.stops {
             Stops::One(among) => vec![(among[random.below(FROM, among.len())], Action::None)],
             Stops::Two { from, to } => {
@@ -113,7 +145,7 @@ impl Generator {
             stops.push(Stop { node, action, dwell_secs: min + (max - min) * random.unit(draw) });
         }
         NewOrder {
-            name: OrderName::generated(&self.settings.name, number, self.run),
+            name: OrderName::generated(&self.settings.name, self.made + 1, self.run),
             stops,
             priority: self.settings.priority,
             earliest_secs: secs,

@@ -95,6 +95,7 @@ pub use client::{Client, ClientError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};
 pub use file::{FileError, Table, TimedDraft, read_orders, read_table, to_csv};
+pub use generator::IsFeasible;
 pub use load::Load;
 pub use open::{OrderSettings, PoolError};
 pub use order::{

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use regatta_orders::{Order, OrderId, State, Stop, Unroutable};
+use regatta_orders::{NewOrder, Order, OrderId, State, Stop, Unroutable};
 
 use super::Manager;
 use crate::roads::Roads;
@@ -12,6 +12,14 @@ use crate::steering::Steering;
 const MOST_NAMED: usize = 6;
 
 impl Manager {
+    /// Makes the orders whose time has come.
+    pub(super) fn generate(&mut self, now_secs: f64) {
+        let ways = Ways::of(&self.steering, &self.present);
+        self.orders.generate_feasible_until(now_secs, self.present.len(), &|order| {
+            ways.is_feasible(order)
+        });
+    }
+
     /// Tries orders again that couldn't be reached before roads were closed or opened, or before
     /// robots came, and finds those that can't be reached any more.
     pub(super) fn reconsider(&mut self, now_secs: f64) {
@@ -20,7 +28,7 @@ impl Manager {
             let lost = self.orders.open_orders().filter(|order| order.state == State::Unroutable);
             let mut back: Vec<&Order> = lost.filter(|order| !self.is_out_of_reach(order)).collect();
             let ways = Ways::of(&self.steering, &self.present);
-            back.retain(|order| ways.obstacle(order).is_none());
+            back.retain(|order| ways.obstacle(&order.content).is_none());
             for id in back.iter().map(|order| order.id).collect::<Vec<_>>() {
                 self.orders.reopen(id, now_secs);
             }
@@ -113,7 +121,7 @@ impl Manager {
         }
         let mut impossible = Vec::new();
         for order in ids.into_iter().filter_map(|id| self.orders.waiting_order(id)) {
-            if let Some(obstacle) = ways.obstacle(order) {
+            if let Some(obstacle) = ways.obstacle(&order.content) {
                 impossible.push((order.id, obstacle));
             } else if let Some(node) = ways.trap(order).filter(|node| self.traps.insert(*node)) {
                 self.warnings.push(format!(
@@ -151,14 +159,38 @@ impl<'a> Ways<'a> {
         parts.collect()
     }
 
+    /// Whether a robot can carry a new order out now: the layout allows it, and no closure keeps
+    /// robots from its stops or from leaving them. During a closure, an order to a node where a
+    /// robot stands already is none: a robot that is cut off would carry out one in each cycle.
+    fn is_feasible(&self, order: &NewOrder) -> bool {
+        if self.obstacle(order).is_some() {
+            return false;
+        }
+        if !self.steering.has_closures() {
+            return true;
+        }
+        let is_drive = order.stops.len() > 1 || !self.is_taken(order.stops[0].node);
+        is_drive && order.stops.iter().all(|stop| self.is_open(stop.node))
+    }
+
+    /// Whether the base of a robot ends at a node.
+    fn is_taken(&self, node: u32) -> bool {
+        self.present.iter().any(|robot| self.steering.base_end_node(*robot) == Some(node))
+    }
+
+    /// Whether no closure keeps robots from coming to a node or from leaving it.
+    fn is_open(&self, node: u32) -> bool {
+        !self.steering.is_out_of_reach(node) && !self.steering.is_cut_off(node)
+    }
+
     /// Returns the reason for which the layout allows no robot to carry an order out, if any.
-    fn obstacle(&self, order: &Order) -> Option<Unroutable> {
-        let stops = &order.content.stops;
+    fn obstacle(&self, order: &NewOrder) -> Option<Unroutable> {
+        let stops = &order.stops;
         if !stops.windows(2).all(|pair| self.roads.can_reach(pair[0].node, pair[1].node)) {
             return Some(Unroutable::NoWayOn);
         }
         let first = stops.first()?.node;
-        let leads = match order.content.intended_robot {
+        let leads = match order.intended_robot {
             Some(robot) if !self.is_present(robot) => return Some(Unroutable::NoRobot),
             Some(robot) => self.lead(robot, first),
             None => self.lead_any(first),

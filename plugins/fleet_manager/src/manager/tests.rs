@@ -136,6 +136,28 @@ fn nobody_enters_an_edge_that_is_closed_by_command() {
     }
 }
 
+/// Of an endless load, only the orders that were open when their goal was closed wait for it.
+#[test]
+fn an_endless_load_makes_no_orders_that_wait_for_closed_roads() {
+    let load = "load: {groups: {some: [5, 12, 23]}, generators: [\
+                {name: a, endless: robots, from: some, to: some}]}";
+    let world = worlds::streets(6, 6.0, true);
+    let only = world.edges.iter().find(|edge| edge.destination == 23).expect("an edge");
+    let mut fleet = Managed::new(&world, 6, 1, load, PlannerKind::Lanes);
+    fleet.run(3_000, 0, 0);
+    fleet.manager.close_edges(&[ClosedEdge { edge: only.id }]);
+    fleet.run(100, 0, 0);
+    let before = fleet.manager.orders().figures(310.0).orders;
+    fleet.run(12_000, 0, 0);
+    let during = fleet.manager.orders().figures(1_510.0).orders;
+    assert!(during.finished > before.finished + 20, "{before:?} {during:?}");
+    assert!(during.unroutable <= 6, "{before:?} {during:?}");
+    fleet.manager.close_edges(&[]);
+    fleet.run(12_000, 0, 0);
+    let after = fleet.manager.orders().figures(2_710.0).orders;
+    assert!(after.finished > during.finished + 20 && after.unroutable == 0, "{after:?}");
+}
+
 /// Sends each robot to a node in the middle of its work, whatever it is about, and calls some back.
 #[test]
 fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {

@@ -23,7 +23,7 @@ fn orders(mut generator: Generator, until_secs: f64, step_secs: f64) -> Vec<(f64
     let mut now = 0.0;
     while now < until_secs {
         now = f64::min(now + step_secs, until_secs);
-        orders.extend(std::iter::from_fn(|| generator.next(now, 0, 0)));
+        orders.extend(std::iter::from_fn(|| generator.next(now, 0, 0, &|_| true)));
     }
     orders
 }
@@ -92,9 +92,9 @@ fn a_profile_begins_anew_after_its_end() {
 #[test]
 fn endless_generators_fill_up() {
     let mut generator = generators("load: {endless: robots, among: pick}")[0].clone();
-    let made = (0..5).map_while(|open| generator.next(1.0, 3, open)).count();
+    let made = (0..5).map_while(|open| generator.next(1.0, 3, open, &|_| true)).count();
     assert_eq!(made, 3);
-    let order = generator.next(2.0, 3, 1).expect("an order").1;
+    let order = generator.next(2.0, 3, 1, &|_| true).expect("an order").1;
     assert_eq!((order.name.as_str(), order.stops.len()), ("load:1-4", 1));
     assert_eq!(generator.number_of(order.name.as_str()), Some(4));
     assert_eq!(generators("load: {name: 11, per_hour: 1}")[0].number_of(order.name.as_str()), None);
@@ -103,10 +103,10 @@ fn endless_generators_fill_up() {
 #[test]
 fn an_endless_load_may_have_two_stops() {
     let mut generator = generators("load: {endless: 2, from: pick}")[0].clone();
-    let order = generator.next(0.0, 9, 1).expect("an order").1;
+    let order = generator.next(0.0, 9, 1, &|_| true).expect("an order").1;
     let actions: Vec<_> = order.stops.iter().map(|stop| stop.action).collect();
     assert_eq!(actions, [Action::Pick, Action::Drop]);
-    assert!(generator.next(0.0, 9, 2).is_none(), "two at a time");
+    assert!(generator.next(0.0, 9, 2, &|_| true).is_none(), "two at a time");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use regatta_base::yaml;
 
 use super::{Change, Held, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
 use crate::file::TimedDraft;
-use crate::generator::Generator;
+use crate::generator::{Generator, IsFeasible};
 use crate::load::Load;
 use crate::timetable::check_orders;
 
@@ -145,6 +145,19 @@ impl OrderPool {
     /// Makes all orders whose time has come. `robots` is the number of robots that may get orders:
     /// endless loads have as many open ones.
     pub fn generate_until(&mut self, now_secs: f64, robots: usize) {
+        self.generate_feasible_until(now_secs, robots, &|_| true);
+    }
+
+    /// Makes all orders whose time has come, as [`generate_until`](Self::generate_until), but of
+    /// endless loads only those that a robot can carry out now: they keep robots busy, and have
+    /// no orders that wait for roads to be opened. Orders of files and of loads with a rate come
+    /// in any case.
+    pub fn generate_feasible_until(
+        &mut self,
+        now_secs: f64,
+        robots: usize,
+        is_feasible: IsFeasible<'_>,
+    ) {
         self.opened_secs.get_or_insert(now_secs);
         let mut arrivals = Vec::new();
         while self.timetable.last().is_some_and(|(secs, _)| *secs <= now_secs) {
@@ -154,7 +167,7 @@ impl OrderPool {
             let Source { generator, open, unroutable } = source;
             // Unroutable orders don't keep robots busy, but their number is bounded.
             let mut open = *open - (*unroutable).min(MOST_LOST * robots);
-            while let Some((secs, order)) = generator.next(now_secs, robots, open) {
+            while let Some((secs, order)) = generator.next(now_secs, robots, open, is_feasible) {
                 arrivals.push((secs, Some(index), order));
                 open += 1;
             }

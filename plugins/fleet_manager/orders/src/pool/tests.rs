@@ -298,6 +298,28 @@ fn an_endless_load_replaces_orders_that_cannot_be_carried_out() {
     assert_eq!(pool.open_orders().count(), 3);
 }
 
+/// Orders of a rate come in any case; an endless load makes feasible ones, and the same ones however
+/// often it is asked in vain.
+#[test]
+fn an_endless_load_makes_feasible_orders_only() {
+    let load = "load: {generators: [{name: a, endless: 40}, {name: b, per_hour: 3600}]}";
+    let load = Load::parse(load, &places()).expect("a load");
+    let stops = |pool: &OrderPool, name: &str| -> Vec<u32> {
+        let orders = pool.open_orders().filter(|order| order.content.name.as_str().contains(name));
+        orders.map(|order| order.content.stops[0].node).collect()
+    };
+    let mut pool = pool("[]");
+    pool.add_load(&load);
+    for _ in 0..3 {
+        pool.generate_feasible_until(100.0, 2, &|_| false);
+    }
+    assert!(stops(&pool, ":a-").is_empty() && stops(&pool, ":b-").len() > 50);
+    pool.generate_feasible_until(100.0, 2, &|order| order.stops[0].node % 2 == 0);
+    assert_eq!(stops(&pool, ":a-").len(), 40);
+    assert!(stops(&pool, ":a-").iter().all(|node| node % 2 == 0), "{:?}", stops(&pool, ":a-"));
+    assert!(stops(&pool, ":a-").windows(2).any(|pair| pair[0] != pair[1]));
+}
+
 #[test]
 fn what_is_for_one_robot_goes_to_no_other() {
     let mut pool = pool("- {name: a, robot: 8, stops: [3]}\n- {name: b, stops: [7]}");
