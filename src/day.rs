@@ -20,7 +20,7 @@ const BLOCK_SECS: f64 = 1800.0;
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Orders of a day")]
 pub struct DayArgs {
-    /// File with orders and their times (CSV or YAML), in place of the load
+    /// File with orders and their times (CSV, XLSX or YAML), in place of the load
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub orders: Option<PathBuf>,
     /// Orders for each order of the file, such as 1.2

@@ -47,7 +47,7 @@ pub enum OrdersCommand {
     },
     /// Check the orders of a day against a plant: rows that can't be used, rates, flows.
     Check {
-        /// File of orders: CSV or YAML.
+        /// File of orders: CSV, XLSX or YAML.
         file: PathBuf,
         /// Layout of any format, or scenario, whose stations they name.
         #[arg(long, value_hint = clap::ValueHint::FilePath)]
@@ -58,8 +58,8 @@ pub enum OrdersCommand {
         #[command(flatten)]
         layout: LayoutArgs,
     },
-    /// Send all orders of a file, or none: CSV (name,time,priority,earliest,deadline,stops) or
-    /// YAML.
+    /// Send all orders of a file, or none: CSV or XLSX
+    /// (name,time,priority,earliest,deadline,stops), or YAML.
     Import {
         /// File of orders, with times in seconds of simulated time.
         file: PathBuf,

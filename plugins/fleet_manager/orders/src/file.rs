@@ -1,4 +1,4 @@
-//! Files of orders with times: YAML or CSV.
+//! Files of orders with times: YAML, CSV or a workbook of Excel.
 //!
 //! YAML is a list (or a map with the list `orders`) of `{name: …, time: 12.5, priority: 3,
 //! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
@@ -9,10 +9,13 @@
 //! `stops` must be there, separated by spaces; each is `place`, `place:action` or
 //! `place:action:dwell`; `%20`, `%3A` and `%25` in names are a space, a colon and a per cent sign. Other
 //! files have `from` and `to`. Times are in seconds of simulated time, or as [`clock`] reads them.
+//!
+//! A workbook (XLSX) has the same table in its first sheet with cells.
 
 pub mod clock;
 pub mod columns;
 pub mod table;
+mod workbook;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -67,7 +70,12 @@ pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
         .map_err(|reason| FileError::Read { path: path.to_owned(), reason })
 }
 
-/// Reads a file of orders: CSV if its name ends in `.csv`, and YAML otherwise.
+fn bytes_of(path: &Path) -> Result<Vec<u8>, FileError> {
+    file::read(path, MAX_BYTES).map_err(|reason| FileError::Read { path: path.to_owned(), reason })
+}
+
+/// Reads a file of orders: a table by the ending of its name (`.csv`, `.tsv`, `.txt`, `.xlsx`,
+/// `.xlsm`), and YAML otherwise.
 ///
 /// # Errors
 /// [`FileError`] if it can't be read or has an error.
@@ -81,13 +89,13 @@ pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
 /// # Errors
 /// [`FileError`] if it can't be read at all.
 pub fn read_table(path: &Path) -> Result<Table, FileError> {
-    let ending = path.extension().unwrap_or_default();
-    let table = if ["csv", "tsv", "txt"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
-        let bytes = file::read(path, MAX_BYTES)
-            .map_err(|reason| FileError::Read { path: path.to_owned(), reason })?;
-        Table::parse(&decoded(&bytes))
-    } else {
-        parse_yaml(&text_of(path)?).map(|orders| Table { orders, ..Table::default() })
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let table = match ending.to_str() {
+        Some("csv" | "tsv" | "txt") => Table::parse(&decoded(&bytes_of(path)?)),
+        Some("xlsx" | "xlsm") => workbook::csv_of(bytes_of(path)?)
+            .map_err(|reason| yaml::Error { line: 1, reason })
+            .and_then(|sheet| Table::parse_sheet(&sheet)),
+        _ => parse_yaml(&text_of(path)?).map(|orders| Table { orders, ..Table::default() }),
     };
     table.map_err(|error| FileError::Invalid { path: path.to_owned(), error })
 }

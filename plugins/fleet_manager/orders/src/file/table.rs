@@ -62,15 +62,23 @@ impl Table {
     pub fn parse(text: &str) -> Result<Self, yaml::Error> {
         // The reader counts lines by their feeds, and one too few after each pair of both.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .delimiter(separator(&text))
-            .flexible(true)
-            .from_reader(text.as_bytes());
+        let mut builder = csv::ReaderBuilder::new();
+        builder.comment(Some(b'#')).delimiter(separator(&text));
+        Self::read(&mut builder, &text)
+    }
+
+    /// Reads a sheet of a workbook, as [`workbook`](super::workbook) returns it.
+    pub(super) fn parse_sheet(text: &str) -> Result<Self, yaml::Error> {
+        Self::read(&mut csv::ReaderBuilder::new(), text)
+    }
+
+    fn read(builder: &mut csv::ReaderBuilder, text: &str) -> Result<Self, yaml::Error> {
+        builder.trim(csv::Trim::All).flexible(true);
+        let mut reader = builder.from_reader(text.as_bytes());
         let header = reader.headers().map_err(csv_error)?;
-        check_count(1, header.len(), MOST_COLUMNS, "columns: remove some")?;
-        let columns = Columns::of(header).map_err(|reason| yaml::Error { line: 1, reason })?;
+        let line = line_of(header);
+        check_count(line, header.len(), MOST_COLUMNS, "columns: remove some")?;
+        let columns = Columns::of(header).map_err(|reason| yaml::Error { line, reason })?;
         let (mut rows, mut table) = (Vec::new(), Self { columns, ..Self::default() });
         let mut stops = 0;
         for (record, count) in reader.records().zip(1..) {
@@ -104,7 +112,7 @@ impl Table {
 
     /// Reads a row; `None` if all of its cells are empty.
     fn row(&self, record: &StringRecord) -> Result<Option<Row>, yaml::Error> {
-        let line = record.position().map_or(1, |position| position.line() as usize);
+        let line = line_of(record);
         if record.iter().all(str::is_empty) {
             return Ok(None);
         }
@@ -277,6 +285,11 @@ fn separator(text: &str) -> u8 {
         .rev()
         .max_by_key(|separator| header.iter().filter(|byte| *byte == separator).count());
     counted.unwrap_or(b',')
+}
+
+/// Returns the line of a record, from 1.
+fn line_of(record: &StringRecord) -> usize {
+    record.position().map_or(1, |position| position.line() as usize)
 }
 
 /// Checks that there are no more things than can be read.

@@ -1,0 +1,161 @@
+//! Workbooks of Excel (Office Open XML, ECMA-376): the table of a sheet as a text of CSV, so that it
+//! is read as any other table.
+
+use std::io::Cursor;
+
+use calamine::{DataRef, ExcelDateTime, Reader, SheetType, SheetVisible, Xlsx, XlsxError};
+
+/// The most columns that are read: those of the widest table.
+const MOST_COLUMNS: u32 = 1_000;
+const SECS_PER_DAY: f64 = 86_400.0;
+
+/// A sheet's rows from the first on, each with its cells from the first column on.
+type Rows = Vec<Vec<String>>;
+
+/// Returns the first visible sheet with cells as CSV, with a line for each row. Lines above the
+/// table are empty: the table begins at the first row with two cells, if there is one.
+///
+/// # Errors
+/// The reason if it isn't a workbook, or has no such sheet.
+pub(super) fn csv_of(bytes: Vec<u8>) -> Result<String, String> {
+    let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(reason_of)?;
+    let sheets = workbook.sheets_metadata().iter();
+    let sheets = sheets
+        .filter(|sheet| sheet.typ == SheetType::WorkSheet && sheet.visible == SheetVisible::Visible)
+        .map(|sheet| sheet.name.clone());
+    for name in sheets.collect::<Vec<_>>() {
+        let rows = rows_of(&mut workbook, &name)?;
+        if rows.iter().any(|row| count(row) > 0) {
+            return Ok(to_csv(rows));
+        }
+    }
+    Err("no sheet of the workbook has cells".to_owned())
+}
+
+fn reason_of(error: XlsxError) -> String {
+    format!("it can't be read as a workbook of Excel ({error}): save it as .xlsx or .csv")
+}
+
+/// The number of cells that aren't empty.
+fn count(row: &[String]) -> usize {
+    row.iter().filter(|cell| !cell.is_empty()).count()
+}
+
+/// Reads the cells one by one: a sheet with a single cell far away takes no memory for those between.
+fn rows_of(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<Rows, String> {
+    let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
+    let mut rows = Rows::new();
+    while let Some(cell) = cells.next_cell().map_err(reason_of)? {
+        let (row, column) = cell.get_position();
+        let text = text_of(cell.get_value());
+        if text.is_empty() {
+            continue;
+        }
+        if column >= MOST_COLUMNS {
+            return Err(format!("row {} has more than {MOST_COLUMNS} columns", row + 1));
+        }
+        rows.resize(rows.len().max(row as usize + 1), Vec::new());
+        let row = &mut rows[row as usize];
+        row.resize(row.len().max(column as usize + 1), String::new());
+        row[column as usize] = text;
+    }
+    Ok(rows)
+}
+
+/// Writes rows of the same width, and empty lines above the table.
+fn to_csv(mut rows: Rows) -> String {
+    let header = rows.iter().position(|row| count(row) > 1);
+    let header = header.or_else(|| rows.iter().position(|row| count(row) > 0)).unwrap_or(0);
+    let width = rows[header..].iter().map(Vec::len).max().unwrap_or(0);
+    let mut writer = csv::Writer::from_writer(vec![b'\n'; header]);
+    for row in &mut rows[header..] {
+        row.resize(width, String::new());
+        // Writing to memory never fails.
+        let _ = writer.write_record(row);
+    }
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// Returns the text of a cell on one line.
+fn text_of(cell: &DataRef<'_>) -> String {
+    let text = match cell {
+        DataRef::Empty => String::new(),
+        DataRef::Int(number) => number.to_string(),
+        DataRef::Float(number) => number.to_string(),
+        DataRef::Bool(is_true) => is_true.to_string(),
+        DataRef::Error(error) => error.to_string(),
+        DataRef::SharedString(text) => (*text).to_owned(),
+        DataRef::String(text) | DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => {
+            text.clone()
+        }
+        DataRef::DateTime(time) => time_text(*time),
+    };
+    text.replace(['\r', '\n'], " ")
+}
+
+/// Returns a date, a time of day or both, as [`clock`](super::clock) reads them. Durations are times
+/// of day: the hours of those of a day and more don't exist there.
+fn time_text(time: ExcelDateTime) -> String {
+    let days = time.as_f64();
+    if time.is_duration() || days < 1.0 {
+        let millis = (days * SECS_PER_DAY * 1000.0).round() as i64;
+        let (hours, minutes) = (millis / 3_600_000, millis / 60_000 % 60);
+        return format!("{hours:02}:{minutes:02}:{:06.3}", (millis % 60_000) as f64 / 1000.0);
+    }
+    let (year, month, day, hour, minute, secs, millis) = time.to_ymd_hms_milli();
+    let date = format!("{year}-{month:02}-{day:02}");
+    match (hour, minute, secs, millis) {
+        // The time may have a column of its own.
+        (0, 0, 0, 0) => date,
+        _ => format!("{date} {hour:02}:{minute:02}:{secs:02}.{millis:03}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use calamine::ExcelDateTimeType;
+
+    use super::*;
+    use crate::file::Table;
+
+    /// Written by openpyxl 3.1: an empty sheet, then one with a title, a table from row 4 on whose
+    /// row 7 is empty, numbers, dates, times, a line break and a formula without a value.
+    const DAY: &[u8] = include_bytes!("../../tests/data/day.xlsx");
+
+    #[test]
+    fn a_workbook_is_read_as_the_same_table() {
+        let sheet = csv_of(DAY.to_vec()).expect("a workbook");
+        let table = Table::parse_sheet(&sheet).expect("a table");
+        let same = "\n\n\nAuftragsnr.;Quelle;Ziel;Datum;Uhrzeit;Fällig;Menge\n\
+                    4500017;Goods in 1;Lager Süd;26.11.2026;06:15;26.11.2026 06:45;3,5\n\
+                    4500018;17;C D;26.11.2026;07:15:00,5;;\n;;;;;;\n4500019;B;;26.11.2026;08:00;;\n";
+        assert_eq!(table, Table::parse(same).expect("a table"));
+        assert_eq!(
+            table.orders.iter().map(|order| order.secs).collect::<Vec<_>>(),
+            [900.0, 4500.5]
+        );
+        let [problem] = &table.problems[..] else { panic!("{:?}", table.problems) };
+        assert_eq!((problem.line, problem.reason.as_str()), (8, "the station `to` is missing"));
+    }
+
+    #[test]
+    fn what_is_no_workbook_is_told() {
+        assert!(csv_of(b"name,from,to\n".to_vec()).expect_err("CSV").contains("save it as .xlsx"));
+        for length in (0..DAY.len()).step_by(97) {
+            assert!(csv_of(DAY[..length].to_vec()).is_err(), "cut off after {length} bytes");
+        }
+    }
+
+    #[test]
+    fn times_are_written_as_files_have_them() {
+        let text = |value: f64, kind| time_text(ExcelDateTime::new(value, kind, false));
+        for (days, kind, expected) in [
+            (46_352.0, ExcelDateTimeType::DateTime, "2026-11-26"),
+            (46_352.25, ExcelDateTimeType::DateTime, "2026-11-26 06:00:00.000"),
+            (0.343_75, ExcelDateTimeType::DateTime, "08:15:00.000"),
+            (1.25, ExcelDateTimeType::TimeDelta, "30:00:00.000"),
+        ] {
+            assert_eq!(text(days, kind), expected);
+        }
+    }
+}
