@@ -156,6 +156,37 @@ fn an_order_without_a_way_is_a_finding_and_a_node_is_found_by_another_name() {
     assert!(text(&lost).contains("1 unroutable"), "{}", text(&lost));
 }
 
+/// A robot drives 9 m to a stop and 9 m back to its charger: planned at twice the driving time of
+/// 18 s and more, that takes more than 100 Ws at 100 W, and less than 10 Wh.
+#[test]
+fn an_order_that_no_full_battery_lasts_for_is_a_finding_with_its_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    write(
+        "plant.yaml",
+        &STATION.replace("Theta: 0}\n- {Id: 2", "Theta: 0, Role: charge}\n- {Id: 2"),
+    );
+    write("orders.yaml", "orders:\n- {name: a, stops: [{at: 2}]}\n");
+    let run = |capacity_wh: f64| {
+        let scenario = format!(
+            "graph: plant.yaml\nviewer: off\nrobot_types: [{{name: a, length: 0.9, width: 0.6, \
+             battery: {{capacity: {capacity_wh}, drain_moving: 100, drain_standing: 1, \
+             charge_rate: 100, charge: 100}}}}]\nrobots: [{{node: 1}}]\n\
+             plugins: [{{name: fleet-manager, args: [--orders, orders.yaml]}}]\n"
+        );
+        write("scenario.yaml", &scenario);
+        let args = ["run", "scenario.yaml", "--trust", "--in-process", "--simulated", "1min"];
+        Process::start(regatta().current_dir(folder.path()).args(args)).finish()
+    };
+    let large = run(10.0);
+    assert!(large.status.success() && text(&large).contains("1 finished"), "{}", text(&large));
+    let small = run(100.0 / 3600.0);
+    assert_eq!(small.status.code(), Some(1), "{}", text(&small));
+    assert!(text(&small).contains("no robot's full battery lasts for it"), "{}", text(&small));
+}
+
 #[test]
 fn an_order_for_a_missing_robot_is_a_finding_and_a_last_stop_without_a_way_on_is_told() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -100,9 +100,9 @@ pub enum EngineError {
     TooFewFrames(u32),
     /// The route graph has too few places for robots that stand.
     #[error(
-        "{fit} of {wanted} robots fit where they wait for commands (ends of edges of the layout's \
-         main part, 0.1 m from each other, and no more in a zone than it holds); use fewer, or a \
-         larger graph"
+        "{fit} of {wanted} robots fit where they wait for commands (nodes of the layout's main part \
+         at which an edge ends, 0.1 m from each other, and no more in a zone than it holds); use \
+         fewer, or a larger graph"
     )]
     NoRoom {
         /// The requested number of robots.

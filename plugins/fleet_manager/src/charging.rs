@@ -202,6 +202,11 @@ impl Charging {
         }
     }
 
+    /// Whether it is known how far it is to the chargers.
+    pub fn is_measured(&self) -> bool {
+        self.measured == self.chargers.len()
+    }
+
     /// The node that charging has sent a robot to.
     pub fn goal(&self, robot: u32) -> Option<u32> {
         match self.robots.get(robot as usize)?.phase {
@@ -227,11 +232,27 @@ impl Charging {
     /// others, and to get from a node to a charger then.
     pub fn suffices(&self, robot: u32, driving_secs: f64, standing_secs: f64, last: u32) -> bool {
         let Some(robot) = self.robots.get(robot as usize) else { return true };
+        let secs = self.secs_of(driving_secs, standing_secs, last);
+        robot.has_energy_for(secs, self.settings.reserve)
+    }
+
+    /// Whether a robot would have the energy for that with a full battery.
+    pub fn full_suffices(
+        &self,
+        robot: u32,
+        driving_secs: f64,
+        standing_secs: f64,
+        last: u32,
+    ) -> bool {
+        let Some(robot) = self.robots.get(robot as usize) else { return true };
+        let secs = self.secs_of(driving_secs, standing_secs, last);
+        Robot { charge: 100.0, ..*robot }.has_energy_for(secs, self.settings.reserve)
+    }
+
+    /// The seconds that are planned for driving and standing, and then the way to a charger.
+    fn secs_of(&self, driving_secs: f64, standing_secs: f64, last: u32) -> f64 {
         let driving_secs = driving_secs + self.secs_to_charger(Some(last));
-        robot.has_energy_for(
-            driving_secs * self.settings.delay + standing_secs,
-            self.settings.reserve,
-        )
+        driving_secs * self.settings.delay + standing_secs
     }
 
     /// Forgets a robot that is not there any more.

@@ -54,8 +54,9 @@ pub struct Manager {
     checked: (u64, usize),
     /// The nodes of which a warning says that no way leads back from them.
     traps: BTreeSet<u32>,
-    /// The robots for which waiting orders were judged, with the part of the roads of each.
-    judged_for: Vec<(u32, Option<u32>)>,
+    /// The robots for which waiting orders were judged, with the part of the roads of each, and
+    /// whether the ways to chargers were known.
+    judged_for: (Vec<(u32, Option<u32>)>, bool),
     warnings: Vec<String>,
     /// The number of cycles in which vehicles were shown.
     vehicle_cycles: usize,
@@ -82,7 +83,7 @@ impl Manager {
             candidates: Vec::new(),
             checked: (0, 0),
             traps: BTreeSet::new(),
-            judged_for: Vec::new(),
+            judged_for: (Vec::new(), false),
             warnings: Vec::new(),
             vehicle_cycles: 0,
             vehicles_shown: None,

@@ -82,6 +82,7 @@ fn obstacle(reason: Unroutable) -> Obstacle {
     match reason {
         Unroutable::ClosedEdges => Obstacle::ClosedEdges,
         Unroutable::NoRobot => Obstacle::NoRobot,
+        Unroutable::Battery => Obstacle::Battery,
         Unroutable::NoWay | Unroutable::NoWayOn => Obstacle::NoWay,
     }
 }

@@ -143,13 +143,8 @@ impl Orders {
             OrderKind::Finished => self.finish(check),
             OrderKind::Failed | OrderKind::Cancelled => self.close(number),
             OrderKind::Unroutable => match check.record.obstacle() {
-                Obstacle::NoWay => {
-                    check.report(Kind::Unroutable, "no way leads a robot to its stops");
-                }
-                Obstacle::NoRobot => {
-                    check.report(Kind::Unroutable, "its robot isn't in the fleet");
-                }
                 Obstacle::ClosedEdges => {}
+                obstacle => check.report(Kind::Unroutable, obstacle.text()),
             },
             OrderKind::Reopened => {}
         }

@@ -29,6 +29,9 @@ pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     }
 }
 
+/// The validator's name for orders that no robot can carry out.
+const UNROUTABLE: &str = "unroutable";
+
 /// The name of a variant as the beginning of a sentence; empty if there are no others.
 pub(super) fn prefix(variant: &VariantAnswer) -> String {
     if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) }
@@ -44,16 +47,33 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
             without_orders(variant, point.robots),
             without_count(point, minutes)
         ),
-        None => match variant.points.iter().map(|point| point.finished_orders).sum::<u64>() {
-            0 => format!(
-                "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes \
-                 longer, give a longer --duration."
-            ),
-            orders => format!(
-                "not known: {orders} orders were finished at the beginning of the runs, and none \
-                 later. The findings below tell what stopped the robots."
-            ),
-        },
+        None => without_figures(variant, minutes),
+    }
+}
+
+/// Tells of runs that didn't stall and have no figures: nothing was finished after the warm-up.
+fn without_figures(variant: &VariantAnswer, minutes: f64) -> String {
+    let finished: u64 = variant.points.iter().map(|point| point.finished_orders).sum();
+    let unserved: u64 = variant.points.iter().map(|point| point.unserved).sum();
+    if finished > 0 {
+        let reason = match variant.other_findings.is_empty() && unserved == 0 {
+            true => "No finding tells what stopped the robots: look at a recording (--record).",
+            false => "The findings below tell what stopped the robots.",
+        };
+        return format!(
+            "not known: {finished} orders were finished at the beginning of the runs, and none \
+             later. {reason}"
+        );
+    }
+    match variant.other_findings.get(UNROUTABLE) {
+        Some(orders) => format!(
+            "nothing was carried: no order was finished in {minutes:.0} minutes, and no robot can \
+             carry out {orders} of them, as the findings below tell."
+        ),
+        None => format!(
+            "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes \
+             longer, give a longer --duration."
+        ),
     }
 }
 

@@ -79,11 +79,11 @@ pub(super) fn of_contact(event: &ContactEvent) -> Option<(Entry, AlarmChange)> {
 /// Returns the entry of a transport order that came to a bad end.
 pub(super) fn of_order(order: &OrderRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
     let (severity, what) = match order.kind()? {
-        OrderKind::Failed => (Severity::Warning, "failed"),
-        OrderKind::Cancelled => (Severity::Info, "was cancelled"),
-        OrderKind::Withdrawn => (Severity::Info, "was withdrawn from its robot"),
-        OrderKind::Unroutable => (Severity::Warning, "waits: no way leads to its stops"),
-        OrderKind::Reopened => (Severity::Info, "can be carried out again"),
+        OrderKind::Unroutable => (Severity::Warning, format!("waits: {}", order.obstacle().text())),
+        OrderKind::Failed => (Severity::Warning, "failed".to_owned()),
+        OrderKind::Cancelled => (Severity::Info, "was cancelled".to_owned()),
+        OrderKind::Withdrawn => (Severity::Info, "was withdrawn from its robot".to_owned()),
+        OrderKind::Reopened => (Severity::Info, "can be carried out again".to_owned()),
         _ => return None,
     };
     let robot = Some(order.robot).filter(|robot| *robot != NO_ROBOT);

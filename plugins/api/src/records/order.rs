@@ -94,6 +94,20 @@ numbered! {
         ClosedEdges = 1,
         /// The fleet doesn't have the only robot that may get it.
         NoRobot = 2,
+        /// No robot's full battery lasts for it.
+        Battery = 3,
+    }
+}
+
+impl Obstacle {
+    /// The obstacle in words, such as `no way leads to its stops`.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::NoWay => "no way leads a robot to its stops",
+            Self::ClosedEdges => "closed edges lead to its stops",
+            Self::NoRobot => "its robot isn't in the fleet",
+            Self::Battery => "no robot's full battery lasts for it and the way to a charger",
+        }
     }
 }
 

@@ -156,7 +156,7 @@ fn all_enums() -> Map<String, Value> {
         Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,
             Driving, Turning }
         StopAction { None, Pick, Drop, Charge, Park }
-        Obstacle { NoWay, ClosedEdges, NoRobot }
+        Obstacle { NoWay, ClosedEdges, NoRobot, Battery }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         MarkKind { Contact, Fault, Stop, Note }

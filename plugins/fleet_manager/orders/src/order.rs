@@ -316,7 +316,7 @@ pub enum Change {
     Reopened,
 }
 
-/// The reason for which no robot can reach the stops of an order.
+/// The reason for which no robot can carry an order out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 pub enum Unroutable {
     /// Edges are closed.
@@ -335,6 +335,10 @@ pub enum Unroutable {
     #[serde(rename = "its robot isn't in the fleet")]
     #[strum(to_string = "its robot isn't in the fleet")]
     NoRobot,
+    /// No robot's full battery lasts for it, above the reserve.
+    #[serde(rename = "no robot's full battery lasts for it and the way to a charger")]
+    #[strum(to_string = "no robot's full battery lasts for it and the way to a charger")]
+    Battery,
 }
 
 /// A change of an order at a time, for the order log.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use regatta_orders::NewOrder;
 use regatta_plugin::frame::RobotState;
 
 use super::{Manager, Progress};
@@ -22,6 +23,12 @@ impl Rest {
     /// Whether a robot's battery lasts for it, after some seconds of driving to the first stop.
     pub fn is_affordable(&self, charging: &Charging, robot: u32, secs: f64) -> bool {
         charging.suffices(robot, secs + self.driving_secs, self.standing_secs, self.last)
+    }
+
+    /// Whether a robot's battery would last for it if it were full at a charger, from which it
+    /// drives for some seconds to the first stop.
+    fn is_affordable_when_full(&self, charging: &Charging, robot: u32, secs: f64) -> bool {
+        charging.full_suffices(robot, secs + self.driving_secs, self.standing_secs, self.last)
     }
 
     fn secs(&self) -> f64 {
@@ -97,23 +104,43 @@ impl Manager {
         if !self.charging.is_needed() {
             return rests;
         }
-        let roads = self.steering.roads();
         for order in self.orders.open_orders().filter(|order| !order.is_bound()) {
-            let stops = &order.content.stops;
-            let (Some(first), Some(last)) = (stops.first(), stops.last()) else { continue };
-            let driving = stops
-                .windows(2)
-                .filter_map(|pair| self.times.between(roads, pair[0].node, pair[1].node));
-            let rest = Rest {
-                driving_secs: driving.sum(),
-                standing_secs: stops.iter().map(|stop| stop.dwell_secs).sum(),
-                last: last.node,
-            };
+            let Some(first) = order.content.stops.first() else { continue };
+            let Some(rest) = self.rest(&order.content) else { continue };
             let most = rests.entry(first.node).or_insert(rest);
             if rest.secs() > most.secs() {
                 *most = rest;
             }
         }
         rests
+    }
+
+    /// Returns the cost of an order after its first stop; `None` if it has no stops.
+    fn rest(&self, order: &NewOrder) -> Option<Rest> {
+        let roads = self.steering.roads();
+        let ways = order.stops.windows(2);
+        let driving = ways.filter_map(|pair| self.times.between(roads, pair[0].node, pair[1].node));
+        Some(Rest {
+            driving_secs: driving.sum(),
+            standing_secs: order.stops.iter().map(|stop| stop.dwell_secs).sum(),
+            last: order.stops.last()?.node,
+        })
+    }
+
+    /// Whether no robot can carry an order out even if it begins with a full battery at the nearest
+    /// charger. Nothing is said while a driving time isn't known.
+    pub(super) fn exceeds_batteries(&self, order: &NewOrder) -> bool {
+        let is_known = order.stops.iter().all(|stop| self.times.knows(stop.node));
+        if !(self.charging.is_needed() && self.charging.is_measured() && is_known) {
+            return false;
+        }
+        let (Some(first), Some(rest)) = (order.stops.first(), self.rest(order)) else {
+            return false;
+        };
+        let roads = self.steering.roads();
+        let ways = self.charging.chargers();
+        let ways = ways.filter_map(|charger| self.times.between(roads, charger, first.node));
+        let Some(secs) = ways.min_by(f64::total_cmp) else { return false };
+        !self.present.iter().any(|robot| rest.is_affordable_when_full(&self.charging, *robot, secs))
     }
 }

@@ -27,8 +27,7 @@ impl Manager {
         if std::mem::replace(&mut self.checked, now) != now {
             let lost = self.orders.open_orders().filter(|order| order.state == State::Unroutable);
             let mut back: Vec<&Order> = lost.filter(|order| !self.is_out_of_reach(order)).collect();
-            let ways = Ways::of(&self.steering, &self.present);
-            back.retain(|order| ways.obstacle(&order.content).is_none());
+            back.retain(|order| self.obstacle(&order.content).is_none());
             for id in back.iter().map(|order| order.id).collect::<Vec<_>>() {
                 self.orders.reopen(id, now_secs);
             }
@@ -110,18 +109,32 @@ impl Manager {
         self.traps.extend(traps);
     }
 
+    /// Returns the reason for which no robot can ever carry an order out, if any.
+    fn obstacle(&self, order: &NewOrder) -> Option<Unroutable> {
+        let obstacle = Ways::of(&self.steering, &self.present).obstacle(order);
+        obstacle.or_else(|| self.exceeds_batteries(order).then_some(Unroutable::Battery))
+    }
+
     /// Marks the waiting orders that no robot can carry out, and warns of stops from which no way
-    /// leads on. An order is judged again only if robots have come to other parts of the roads.
+    /// leads on. An order is judged again only if robots have come to other parts of the roads, or
+    /// the ways to chargers are known.
     pub(super) fn find_impossible(&mut self, now_secs: f64) {
         let ways = Ways::of(&self.steering, &self.present);
-        let parts = ways.parts();
+        let judged_for = (ways.parts(), self.charging.is_measured());
         let mut ids = self.orders.take_new_waiting();
-        if parts != self.judged_for {
+        if judged_for != self.judged_for {
             ids = self.orders.waiting_orders().map(|order| order.id).collect();
+        }
+        if self.charging.is_needed() {
+            let roads = self.steering.roads().clone();
+            let orders = ids.iter().filter_map(|id| self.orders.waiting_order(*id));
+            for stop in orders.flat_map(|order| &order.content.stops) {
+                self.times.prepare(&roads, stop.node);
+            }
         }
         let mut impossible = Vec::new();
         for order in ids.into_iter().filter_map(|id| self.orders.waiting_order(id)) {
-            if let Some(obstacle) = ways.obstacle(&order.content) {
+            if let Some(obstacle) = self.obstacle(&order.content) {
                 impossible.push((order.id, obstacle));
             } else if let Some(node) = ways.trap(order).filter(|node| self.traps.insert(*node)) {
                 self.warnings.push(format!(
@@ -134,7 +147,7 @@ impl Manager {
         for (id, obstacle) in impossible {
             self.orders.unroutable(id, now_secs, obstacle);
         }
-        self.judged_for = parts;
+        self.judged_for = judged_for;
     }
 }
 
@@ -159,13 +172,10 @@ impl<'a> Ways<'a> {
         parts.collect()
     }
 
-    /// Whether a robot can carry a new order out now: the layout allows it, and no closure keeps
-    /// robots from its stops or from leaving them. During a closure, an order to a node where a
-    /// robot stands already is none: a robot that is cut off would carry out one in each cycle.
+    /// Whether no closure keeps robots from the stops of a new order or from leaving them. During a
+    /// closure, an order to a node where a robot stands already isn't feasible: a robot that is cut
+    /// off would carry out one in each cycle. Other obstacles last, and are told.
     fn is_feasible(&self, order: &NewOrder) -> bool {
-        if self.obstacle(order).is_some() {
-            return false;
-        }
         if !self.steering.has_closures() {
             return true;
         }

@@ -74,7 +74,8 @@ impl DrivingTimes {
         self.knows(goal).then(|| roads.millis_to(goal))
     }
 
-    fn knows(&self, goal: u32) -> bool {
+    /// Whether the driving times to a goal were [prepared](Self::prepare).
+    pub fn knows(&self, goal: u32) -> bool {
         self.is_known.get(goal as usize).is_some_and(|is_known| *is_known)
     }
 }
