@@ -6,13 +6,16 @@ use glam::Vec2;
 use regatta_base::round;
 use regatta_base::svg::Svg;
 use regatta_interface::footprint::Footprint;
+use regatta_interface::labels::station_of;
 use regatta_interface::plan::{metres_text, round_step};
 use regatta_interface::text::with_plural;
+use regatta_plugin::facility::FacilityState;
 use regatta_plugin::frame::{Frame, RobotState};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Role};
 use regatta_plugin::{Result, World};
 use regatta_scene::camera::Bounds;
 use regatta_scene::curves::midpoint;
+use regatta_scene::facilities::{BAR_COLOURS, bars, named};
 use regatta_scene::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
 
 /// The maximum number of robots in a file.
@@ -45,6 +48,8 @@ pub struct Plan<'a> {
     pub theme: Theme,
     /// The indices of closed edges, sorted.
     pub closed: &'a [u32],
+    /// The states of doors and lifts.
+    pub facilities: &'a [FacilityState],
     /// The level whose nodes, edges and robots are shown; `None` for all levels.
     pub level: Option<&'a str>,
     /// The visible part, in metres.
@@ -139,7 +144,9 @@ pub fn draw(plan: &Plan<'_>) -> Result<String> {
     draw_grid(&mut svg, plan, per_metre);
     draw_edges(&mut svg, plan, per_metre);
     draw_closures(&mut svg, plan, per_metre);
+    draw_facilities(&mut svg, plan, per_metre);
     draw_nodes(&mut svg, plan, per_metre);
+    draw_names(&mut svg, plan, per_metre);
     draw_robots(&mut svg, plan, per_metre);
     svg.close();
     svg.decimals = 2;
@@ -199,6 +206,35 @@ fn draw_nodes(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
         svg.circle(at, radius / per_metre).set("id", format_args!("n{}", node.id)).open();
         svg.element("title").content(plan.world.text(node.name));
         svg.close();
+    }
+    svg.close();
+}
+
+/// The leaves of doors and the outlines of cabins, in the colours of their states.
+fn draw_facilities(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
+    let tick = plan.frame.map_or(0, |frame| frame.tick());
+    let group = svg.element("g").set("id", "facilities");
+    group.number("stroke-width", 0.7 / per_metre).open();
+    for bar in bars(&plan.world, plan.facilities, tick, plan.level) {
+        let [from, to] = bar.ends.map(|end| end + plan.offset);
+        svg.line(from, to).set("stroke", hex(BAR_COLOURS[bar.colour as usize]));
+    }
+    svg.close();
+}
+
+/// The names of stations, doors and lifts, as in pictures.
+fn draw_names(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
+    let group = svg.element("g").set("id", "names").fill(hex(plan.theme.colours().node));
+    group.number("font-size", 2.0 / per_metre).open();
+    let stations = plan.nodes().filter_map(|node| {
+        Some((Vec2::new(node.x, node.y), station_of(&plan.world, node)?.into_string()))
+    });
+    let facilities = named(&plan.world, plan.level).into_iter();
+    let facilities = facilities.map(|named| (named.place, named.name.to_owned()));
+    for (place, name) in stations.chain(facilities) {
+        let Vec2 { x, y } = place + plan.offset + Vec2::splat(0.9 / per_metre);
+        let upright = format_args!("translate({x:.3} {y:.3}) scale(1 -1)");
+        svg.element("text").set("transform", upright).content(name);
     }
     svg.close();
 }
@@ -312,10 +348,11 @@ fn draw_footer(svg: &mut Svg, plan: &Plan<'_>, paper: Vec2, scale: f32) {
 
 #[cfg(test)]
 mod tests {
+    use regatta_plugin::facility::DoorState;
     use regatta_plugin::frame::{
         ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines,
     };
-    use regatta_plugin::world::{CurveRecord, NodeRecord, WorldData};
+    use regatta_plugin::world::{CurveRecord, DoorRecord, NodeRecord, WorldData};
 
     use super::*;
 
@@ -364,6 +401,7 @@ mod tests {
             legend: &legend,
             theme: Theme::Light,
             closed: &[],
+            facilities: &[],
             level: None,
             bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
             offset: Vec2::ZERO,
@@ -399,6 +437,41 @@ mod tests {
             1,
             "a sign for each closed edge that the world has"
         );
+        assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
+    }
+
+    #[test]
+    fn a_plan_has_the_names_of_stations_and_doors_and_the_states_of_doors() {
+        let mut world = WorldData::default();
+        let [dock, gate] = ["dock <1>", "gate"].map(|name| world.texts.add(name));
+        let role = Role::Pick as u32;
+        world.nodes = vec![NodeRecord { name: dock, role, ..NodeRecord::default() }];
+        world.add_edge(EdgeRecord::default(), []);
+        let line = [[0.0, -1.0], [0.0, 1.0]];
+        world.add_door(DoorRecord { name: gate, line, ..DoorRecord::default() }, [0]);
+        let colouring = Colouring::State;
+        let legend = colouring.legend(Theme::Light, &[], None);
+        let open = FacilityState { door: DoorState::Open as u32, ..FacilityState::default() };
+        let plan = Plan {
+            world: world.view(1, 1),
+            frame: None,
+            robot_type: None,
+            values: None,
+            colouring: &colouring,
+            legend: &legend,
+            theme: Theme::Light,
+            closed: &[],
+            facilities: &[open],
+            level: None,
+            bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
+            offset: Vec2::ZERO,
+            scale: None,
+            name: "fleet",
+            seconds: 0.0,
+        };
+        let text = draw(&plan).expect("a drawing");
+        assert!(text.contains(">dock &lt;1&gt;</text>") && text.contains(">gate</text>"), "{text}");
+        assert_eq!(text.matches("stroke=\"#30b361\"").count(), 2, "its leaves: {text}");
         assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
     }
 
@@ -439,6 +512,7 @@ mod tests {
                 legend: &legend,
                 theme: Theme::Light,
                 closed: &[0, 1],
+                facilities: &[],
                 level,
                 bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
                 offset: Vec2::ZERO,

@@ -8,6 +8,7 @@ use regatta_plugin::World;
 use regatta_plugin::world::{NodeRecord, Role};
 use regatta_scene::camera::Camera;
 use regatta_scene::curves::midpoint;
+use regatta_scene::facilities::named;
 use regatta_scene::palette::Theme;
 
 use super::robot_spots::Spot;
@@ -52,7 +53,7 @@ struct Label {
     place: Vec2,
     id: u32,
     is_node: bool,
-    /// The name of a station, or its role and id.
+    /// The name of a station, a door or a lift, or the role and id of a node.
     station: Option<Box<str>>,
 }
 
@@ -72,6 +73,10 @@ impl Labels {
             {
                 all.push(Label { place, id: edge.id, is_node: false, station: None });
             }
+        }
+        for door_or_lift in named(world, level) {
+            let (place, name) = (door_or_lift.place, Some(door_or_lift.name.into()));
+            all.push(Label { place, id: 0, is_node: true, station: name });
         }
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
@@ -226,7 +231,7 @@ pub fn levels(world: &World<'_>) -> Vec<String> {
 }
 
 /// Returns the name of a node with a role, or its role and id; `None` without a role.
-fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
+pub fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
     match (node.role(), world.text(node.name)) {
         (Role::None, _) => None,
         (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
@@ -238,7 +243,7 @@ fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
 mod tests {
     use super::*;
     use glam::Vec3;
-    use regatta_plugin::world::WorldData;
+    use regatta_plugin::world::{DoorRecord, EdgeRecord, WorldData};
 
     const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
@@ -290,6 +295,18 @@ mod tests {
                     || (a.x - b.x).abs() >= CELL.x)
             );
         }
+    }
+
+    #[test]
+    fn doors_have_their_names() {
+        let mut world = WorldData::default();
+        let name = world.texts.add("gate");
+        world.add_edge(EdgeRecord::default(), []);
+        world.add_door(DoorRecord { name, ..DoorRecord::default() }, [0]);
+        let labels = Labels::new(&world.view(1, 1), None);
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
+        assert_eq!(texts, ["gate"]);
     }
 
     #[test]
