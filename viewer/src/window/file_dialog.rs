@@ -9,8 +9,13 @@ use std::time::{Duration, Instant};
 /// has none.
 const FASTEST_ANSWER: Duration = Duration::from_millis(400);
 /// Shown where no dialog opens.
-const NO_DIALOG: &str = "no file dialog here (Linux needs xdg-desktop-portal or zenity); drop the \
-                         file on the window instead";
+const NO_DIALOG: &str = if cfg!(feature = "file-dialog") {
+    "no file dialog answers: Linux needs xdg-desktop-portal or zenity; drop the file on the window, \
+     or start `regatta run FILE` or `regatta viewer FILE.mcap`"
+} else {
+    "this program is built without the file dialog (feature file-dialog); drop the file on the \
+     window, or start `regatta run FILE` or `regatta viewer FILE.mcap`"
+};
 
 /// The dialog, as far as it is open.
 #[derive(Debug, Default)]
