@@ -137,7 +137,11 @@ impl Labels {
                 FontId::monospace(size - 1.0)
             };
             let galley = painter.layout_no_wrap(label.text(), font, colour);
-            let text = anchor.anchor_size(at, galley.size());
+            let mut text = anchor.anchor_size(at, galley.size());
+            if text.right() > clip.right() {
+                // To the left of its place, where all of it is in sight.
+                text = text.translate(egui::vec2(-text.width() - 2.0 * gap, 0.0));
+            }
             let covers_robot = robots.iter().any(|spot| {
                 let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
                 text.distance_sq_to_pos(middle) < spot.radius * spot.radius

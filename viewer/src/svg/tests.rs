@@ -12,14 +12,9 @@ use super::*;
 
 #[test]
 fn scales_are_round_and_the_drawing_fits() {
-    for (metres, scale) in [
-        (3.8, 10.0),
-        (20.0, 100.0),
-        (70.0, 200.0),
-        (76.0, 200.0),
-        (100.0, 500.0),
-        (900.0, 5000.0),
-    ] {
+    for (metres, scale) in
+        [(3.8, 10.0), (20.0, 100.0), (70.0, 200.0), (76.0, 200.0), (100.0, 500.0), (900.0, 5000.0)]
+    {
         assert_eq!(fitting_scale(metres), scale, "{metres} m");
         assert!(metres * 1000.0 / scale <= LONGEST_MM * 1.01);
     }
@@ -32,14 +27,10 @@ fn a_plan_has_curves_and_outlines_at_their_true_size() {
         ..WorldData::default()
     };
     world.nodes = vec![NodeRecord { id: 3, x: 1.0, y: 2.0, ..NodeRecord::default() }];
-    let curve =
-        CurveRecord { control_points: [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [4.0, 2.0]] };
+    let curve = CurveRecord { control_points: [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [4.0, 2.0]] };
     world.add_edge(EdgeRecord { id: 9, ..EdgeRecord::default() }, [curve]);
-    let header = FrameHeader {
-        robots: 2,
-        stride_lines: stride_lines(2) as u32,
-        ..FrameHeader::default()
-    };
+    let header =
+        FrameHeader { robots: 2, stride_lines: stride_lines(2) as u32, ..FrameHeader::default() };
     let mut lines = vec![Line::default(); frame_lines(2)];
     let columns = ColumnsMut::split(&mut lines, 2);
     (columns.x[0], columns.y[0], columns.state[0]) = (2.0, 1.0, RobotState::Driving as u8);
@@ -84,7 +75,8 @@ fn a_plan_has_curves_and_outlines_at_their_true_size() {
     assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
     assert!(!text.contains("closed"));
     let text = draw(&Plan { closed: &[0, 7], ..plan }).expect("a drawing");
-    let path = "<path id=\"closed-e9\" d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\"/>";
+    let path =
+        "<path id=\"closed-e9\" d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\"/>";
     assert!(text.contains(path) && text.contains("stroke-dasharray"), "{text}");
     assert_eq!(
         text.matches("fill=\"#d8232e\"").count(),
@@ -145,11 +137,8 @@ fn a_plan_of_a_level_has_only_what_is_on_that_level() {
         world.add_edge(EdgeRecord { id: 10 + id, level, ..EdgeRecord::default() }, [line]);
     }
     // A robot on each level, and one on no edge.
-    let header = FrameHeader {
-        robots: 3,
-        stride_lines: stride_lines(3) as u32,
-        ..FrameHeader::default()
-    };
+    let header =
+        FrameHeader { robots: 3, stride_lines: stride_lines(3) as u32, ..FrameHeader::default() };
     let mut lines = vec![Line::default(); frame_lines(3)];
     let columns = ColumnsMut::split(&mut lines, 3);
     columns.edge[..3].copy_from_slice(&[0, 1, NO_EDGE]);
