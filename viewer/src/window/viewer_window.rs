@@ -1,6 +1,7 @@
 //! An open window: the fleet that is read, the device that draws, the interface, and the data flow
 //! between them.
 
+mod accessibility;
 mod paint;
 mod show;
 
@@ -93,6 +94,18 @@ pub struct ViewerWindow {
     settings_store: SettingsStore,
 }
 
+/// The parts of a window that outlive its device.
+pub struct Kept {
+    /// The window.
+    pub window: Arc<Window>,
+    /// The interface.
+    pub interface: Interface,
+    /// The settings.
+    pub settings_store: SettingsStore,
+    /// The connection to assistive programs.
+    pub adapter: Option<egui_winit::accesskit_winit::Adapter>,
+}
+
 impl ViewerWindow {
     /// Creates everything that draws into a window.
     ///
@@ -174,9 +187,14 @@ impl ViewerWindow {
         })
     }
 
-    /// Returns the parts that outlive the device: the window, the interface and the settings.
-    pub fn into_parts(self) -> (Arc<Window>, Interface, SettingsStore) {
-        (self.window, self.interface.for_new_context(), self.settings_store)
+    /// Returns the parts that outlive the device.
+    pub fn into_parts(self) -> Kept {
+        Kept {
+            window: self.window,
+            interface: self.interface.for_new_context(),
+            settings_store: self.settings_store,
+            adapter: self.input.accesskit,
+        }
     }
 
     /// Handles an event of the window.
