@@ -1,5 +1,5 @@
-//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the ids of
-//! nodes and edges where the camera is near enough.
+//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the ids
+//! of nodes and edges where the camera is near enough.
 
 use std::collections::{BTreeSet, HashSet};
 
