@@ -202,6 +202,8 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     assert_eq!((path.to_str(), text.lines().count()), (Some("hot-spots.csv"), 3));
     assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
     assert_eq!(copied(&mut harness, "copy all hot spots as a table"), text);
+    harness.state_mut().interface.settings.left = Some(LeftPanel::Fleet);
+    settle(&mut harness);
     let robots = copied(&mut harness, "copy these robots as a table");
     let head = "robot,activity,speed_m_s,edge,x_m,y_m,heading_deg,contact";
     assert_eq!((robots.lines().next(), robots.lines().count()), (Some(head), 6), "{robots}");
