@@ -23,7 +23,7 @@ pub struct DayArgs {
     /// File with orders and their times (CSV, XLSX or YAML), in place of the load
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub orders: Option<PathBuf>,
-    /// Orders for each order of the file, such as 1.2
+    /// Factor for the number of orders of the file, such as 1.2
     #[arg(long, value_name = "FACTOR")]
     pub scale: Option<f64>,
     /// Time by which all orders come later

@@ -64,7 +64,7 @@ pub struct RunArgs {
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
-    /// Make the robots vehicles of VDA 5050, which a master steers, in the place of the fleet
+    /// Make the robots vehicles of VDA 5050, which a master steers, in place of the fleet
     /// manager: on this MQTT broker, or without an address on one that is started here.
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1)]
     #[arg(require_equals = true, conflicts_with_all = ["in_process", "unmanaged"])]
@@ -73,7 +73,7 @@ pub struct RunArgs {
     trust: TrustArgs,
     #[command(flatten)]
     day: DayArgs,
-    /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
+    /// Stop after this wall time, whatever the speed: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME", help_heading = "End of the run")]
     time_limit: Option<Time>,
     /// Stop after this simulated time.
@@ -83,7 +83,7 @@ pub struct RunArgs {
     #[arg(long, requires = "simulated", conflicts_with = "time_limit")]
     #[arg(help_heading = "Processes")]
     in_process: bool,
-    /// Publish a run in one process to shared memory, for a viewer or others that watch.
+    /// Publish a run in one process to shared memory, for a viewer or other readers.
     #[arg(long, requires = "in_process", help_heading = "Processes")]
     publish: bool,
     /// Print JSON: a line about the fleet, then its status once per second.

@@ -46,11 +46,11 @@ pub struct StudyArgs {
     #[arg(value_name = "PLANT", value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
     /// Numbers of robots: a range, doubled and then refined around the answer, or a list [default:
-    /// 1..1000; with targets, up to the most that the layout lets under way]
+    /// 1..1000; with targets, up to the largest number that the layout lets drive]
     #[arg(long, value_name = "FROM..TO", help_heading = QUESTION)]
     robots: Option<Robots>,
     /// Find the least number of robots with 'p99 service < 6min', 'late < 1%', '400 orders/h' …;
-    /// may be repeated: then all are met
+    /// may be repeated: then all must be met
     #[arg(long, value_name = "TARGET", help_heading = QUESTION)]
     target: Vec<Target>,
     /// Simulated time of a run [default: 30min; of a day, to an hour after its last order]

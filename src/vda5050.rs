@@ -42,7 +42,7 @@ pub struct CheckArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Write JUnit XML to a file, for a CI: a test case for each rule
+    /// Write JUnit XML to a file, for CI: a test case for each rule
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
     /// Fail because of warnings, too

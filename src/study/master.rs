@@ -48,7 +48,7 @@ const MOST_VEHICLES: u32 = 1000;
 pub struct MasterArgs {
     /// Find the number of vehicles that a master of VDA 5050 copes with, in real time: on this MQTT
     /// broker, or without an address on one that is started here. With --manager, each run starts
-    /// the master; without, it is there already
+    /// the master; without, it runs already
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1, help_heading = HEADING)]
     #[arg(
         conflicts_with_all = ["target", "seeds", "vary", "bound", "reliefs", "jobs", "processes"]

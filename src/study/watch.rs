@@ -1,4 +1,4 @@
-//! The progress of a study: runs done, running and remaining, and the remaining time.
+//! The progress of a study: runs done, running and expected, and the time that is left.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use regatta_plugin::Termination;
-use regatta_study::conduct::Watcher;
+use regatta_study::conduct::{Round, Watcher};
 use regatta_study::workers::RunFailure;
 
 /// The time between two lines where standard error isn't a terminal.
@@ -22,12 +22,10 @@ pub struct Terminal {
     told: Cell<Instant>,
     round: Cell<u64>,
     round_started: Cell<Instant>,
-    /// The number of runs of this round.
-    runs: Cell<u64>,
-    /// The number of runs that have ended.
+    /// The round, and the number of its runs that have ended.
+    of_round: Cell<Round>,
     done: Cell<u64>,
     finished: Cell<u64>,
-    side_by_side: Cell<u64>,
     /// The failures of runs that were reported.
     failures: RefCell<BTreeSet<String>>,
 }
@@ -37,8 +35,7 @@ impl Terminal {
     pub fn new(termination: Termination) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(0);
-            let template = "{spinner} [{bar:24}] {msg}, {pos} of {len} runs done, {elapsed}, \
-                            {eta} to go in this round";
+            let template = "{spinner} [{bar:24}] {msg}, {elapsed}";
             let style = ProgressStyle::with_template(template);
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar.enable_steady_tick(Duration::from_millis(200));
@@ -52,10 +49,9 @@ impl Terminal {
             told: Cell::new(now),
             round: Cell::new(0),
             round_started: Cell::new(now),
-            runs: Cell::new(0),
+            of_round: Cell::new(Round { runs: 0, side_by_side: 1, later: None }),
             done: Cell::new(0),
             finished: Cell::new(0),
-            side_by_side: Cell::new(1),
             failures: RefCell::default(),
         }
     }
@@ -66,29 +62,48 @@ impl Terminal {
     }
 
     fn tell(&self) {
-        let (runs, done, round) = (self.runs.get(), self.done.get(), self.round.get());
-        let running = (runs - done).min(self.side_by_side.get());
+        let Round { runs, later, .. } = self.of_round.get();
+        let (runs, done) = (runs as u64, self.done.get());
         if let Some(bar) = &self.bar {
-            bar.set_length(runs);
-            bar.set_position(done);
-            bar.set_message(format!("round {round}, {running} running"));
-            return;
-        }
-        if done == 0 || self.told.get().elapsed() >= LINE_TIME {
+            bar.set_length(self.finished.get() + runs - done + later.unwrap_or(0) as u64);
+            bar.set_position(self.finished.get());
+            bar.set_message(self.line());
+        } else if done == 0 || self.told.get().elapsed() >= LINE_TIME {
             self.told.set(Instant::now());
             let secs = self.started.elapsed().as_secs();
-            let of_round = self.round_started.get().elapsed().as_secs_f64();
-            let to_go = if done > 0 {
-                let left = of_round / done as f64 * (runs - done) as f64;
-                format!(", {left:.0} s to go in this round")
-            } else {
-                String::new()
-            };
-            regatta_plugin::tell!(
-                "round {round}: {done} of {runs} runs done, {running} running, {secs} s so \
-                 far{to_go}"
-            );
+            regatta_plugin::tell!("{}, {secs} s so far", self.line());
         }
+    }
+
+    /// The round, its runs, and the estimate of the rest: of the whole study, once something is
+    /// known.
+    fn line(&self) -> String {
+        let Round { runs, side_by_side, later } = self.of_round.get();
+        let (runs, done, round) = (runs as u64, self.done.get(), self.round.get());
+        let running = (runs - done).min(side_by_side as u64);
+        let line = format!("round {round}: {done} of {runs} runs done, {running} running");
+        let (ended, elapsed) = match later {
+            Some(_) => (self.finished.get(), self.started.elapsed()),
+            None => (done, self.round_started.get().elapsed()),
+        };
+        let left = runs - done + later.unwrap_or(0) as u64;
+        let to_go = match ended {
+            0 => String::new(),
+            ended => format!(", about {}", minutes(elapsed.mul_f64(left as f64 / ended as f64))),
+        };
+        match (later, to_go.is_empty()) {
+            (Some(later), _) => format!("{line}, some {later} later{to_go} to go in all"),
+            (None, false) => format!("{line}{to_go} to go in this round"),
+            (None, true) => line,
+        }
+    }
+}
+
+/// A time that is left, as a text.
+fn minutes(time: Duration) -> String {
+    match time.as_secs() {
+        secs @ ..120 => format!("{secs} s"),
+        secs => format!("{} min", secs.div_ceil(60)),
     }
 }
 
@@ -107,15 +122,11 @@ impl Watcher for Terminal {
         self.termination.requested()
     }
 
-    fn begin(&self, runs: usize, side_by_side: usize) {
-        self.side_by_side.set(side_by_side as u64);
+    fn begin(&self, round: Round) {
+        self.of_round.set(round);
         self.round.set(self.round.get() + 1);
-        self.runs.set(runs as u64);
         self.done.set(0);
         self.round_started.set(Instant::now());
-        if let Some(bar) = &self.bar {
-            bar.reset_eta();
-        }
         self.tell();
     }
 

@@ -20,14 +20,25 @@ const MUCH_WAITING: f64 = 0.1;
 pub trait Watcher {
     /// Whether the user wants it to end.
     fn is_interrupted(&self) -> bool;
-    /// Called when a round of runs begins, with their number and that of the runs side by side.
-    fn begin(&self, runs: usize, side_by_side: usize);
+    /// Called when a round of runs begins.
+    fn begin(&self, round: Round);
     /// Called when a run of the round has ended.
     fn end(&self);
     /// Called when a run has failed, with a description of it and its failure.
     fn fail(&self, run: &str, failure: &RunFailure);
     /// Called when a file of the study's folder isn't used as it is, with its path and the reason.
     fn doubt(&self, line: &str);
+}
+
+/// A round of runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// The number of runs.
+    pub runs: usize,
+    /// The number of runs side by side.
+    pub side_by_side: usize,
+    /// The number of runs that are expected after this round; `None` as long as nothing is known.
+    pub later: Option<usize>,
 }
 
 /// The error of a study.
@@ -103,7 +114,7 @@ impl<'a> Conductor<'a> {
                 // The other variants need the runs of the first one at its knee, to be compared
                 // with it.
                 let others = runs(1..experiments.len(), robots, seeds);
-                self.round(&mut experiments, &others)?;
+                self.round(&mut experiments, &others, Some(plan.reliefs * seeds.len()))?;
             }
             let ids = self.ids(&experiments[0], point);
             edges = self.store.edges(&ids);
@@ -172,8 +183,20 @@ impl<'a> Conductor<'a> {
                 return Ok(curves);
             }
             wanted.sort_by_key(|wanted| (Reverse(wanted.run.0), wanted.run.1));
-            self.round(experiments, &wanted)?;
+            let later = self.later(experiments, wanted.len());
+            self.round(experiments, &wanted, later)?;
         }
+    }
+
+    /// Returns the number of runs that are expected after a round of the sweep: those of all
+    /// sweeps, and those that try reliefs.
+    fn later(&self, experiments: &[Experiment<'_>], runs: usize) -> Option<usize> {
+        let Plan { question, robots, precision, .. } = self.plan;
+        let mut all = self.plan.reliefs * precision.least_seeds as usize;
+        for experiment in experiments {
+            all += sweep::outlook(question, robots, precision, &experiment.known)?;
+        }
+        Some(all.saturating_sub(runs))
     }
 
     /// Tries the relief of the worst bottlenecks.
@@ -194,7 +217,7 @@ impl<'a> Conductor<'a> {
         }
         let mut experiments = self.experiments(&variants)?;
         let wanted = runs(0..experiments.len(), robots, seeds);
-        self.round(&mut experiments, &wanted)?;
+        self.round(&mut experiments, &wanted, Some(0))?;
         for (bottleneck, experiment) in tried.into_iter().zip(&experiments) {
             let difference = Difference::of(&base.known, &experiment.known, robots);
             bottleneck.relief = difference.map(|difference| Relief { difference });
@@ -209,11 +232,13 @@ impl<'a> Conductor<'a> {
         experiment.variant.job(&experiment.layout, robots, seed, *time, program)
     }
 
-    /// Does runs of some experiments, except those that were done before.
+    /// Does runs of some experiments, except those that were done before. `later` is the number of
+    /// runs that are expected afterwards.
     fn round(
         &mut self,
         experiments: &mut [Experiment<'_>],
         wanted: &[Wanted],
+        later: Option<usize>,
     ) -> Result<(), StudyError> {
         let mut tasks = Vec::new();
         let mut by_id: BTreeMap<JobId, Vec<Wanted>> = BTreeMap::new();
@@ -242,7 +267,8 @@ impl<'a> Conductor<'a> {
         }
         self.tell_doubts();
         if !tasks.is_empty() {
-            self.watcher.begin(tasks.len(), self.workers.size());
+            let side_by_side = self.workers.size();
+            self.watcher.begin(Round { runs: tasks.len(), side_by_side, later });
         }
         let (watcher, mut reports) = (self.watcher, Vec::new());
         let done = self.workers.run(&tasks, &|| watcher.is_interrupted(), &mut |report| {

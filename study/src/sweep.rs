@@ -8,6 +8,7 @@
 
 mod knee;
 pub mod least;
+mod outlook;
 
 use std::collections::BTreeMap;
 
@@ -17,6 +18,7 @@ use crate::statistics::Interval;
 use crate::workers::RunFailure;
 
 pub use least::Least;
+pub use outlook::outlook;
 
 /// The figures of a finished run, or the reason why it failed.
 pub type RunResult = Result<Measured, RunFailure>;

@@ -1,11 +1,14 @@
 //! Doors and lifts on real engines: requested from the command line, and known to late readers.
 
 use std::process::Output;
+use std::time::Duration;
 
 use regatta_plugin::facility::{DoorState, FacilityState};
-use regatta_plugin::{FacilityReader, Participant, Subscriber};
+use regatta_plugin::{Control, FacilityReader, FleetName, Participant, Subscriber};
+use tempfile::TempDir;
 
-use crate::fleet::{Fleet, eventually, regatta};
+use crate::fleet::{Fleet, Process, eventually, regatta, unique};
+use crate::record::{file, recorder};
 
 fn run(fleet: &Fleet, arguments: &[&str]) -> Output {
     let mut command = regatta();
@@ -28,8 +31,8 @@ fn accepted(fleet: &Fleet, arguments: &[&str]) {
 }
 
 /// Reads the states of doors and lifts as one who joins now.
-fn states(fleet: &Fleet) -> Vec<FacilityState> {
-    let participant = Participant::join(&fleet.name, "late").expect("joined");
+fn states(fleet: &FleetName) -> Vec<FacilityState> {
+    let participant = Participant::join(fleet, "late").expect("joined");
     let mut facilities = FacilityReader::open_on(&participant).expect("a reader");
     let mut frames = Subscriber::open_on(&participant).expect("a reader");
     eventually("the states", || {
@@ -50,10 +53,10 @@ fn doors_and_lifts_are_requested_from_the_command_line() {
     accepted(&fleet, &["command", "lift", "lift", "upper"]);
     shows(&fleet, "lift  lift  from ground to upper");
     shows(&fleet, "lift  lift  at upper, open");
-    let late = states(&fleet);
+    let late = states(&fleet.name);
     assert_eq!((late.len(), late[2].level), (3, 1), "{late:?}");
     shows(&fleet, "lift  lift  at upper, closed");
-    assert!(states(&fleet).iter().all(|state| state.door() == DoorState::Closed));
+    assert!(states(&fleet.name).iter().all(|state| state.door() == DoorState::Closed));
     for (arguments, message) in [
         (&["command", "door", "gate"][..], "no door is called 'gate'; there are hall, store"),
         (&["command", "lift", "lift", "roof"], "no level of that lift is called 'roof'"),
@@ -63,4 +66,43 @@ fn doors_and_lifts_are_requested_from_the_command_line() {
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && error.contains(message), "{arguments:?}: {error}");
     }
+}
+
+#[test]
+fn a_door_that_was_open_is_open_in_the_replay() {
+    let folder = TempDir::new().expect("a folder");
+    let fleet = Fleet::start("facilities-live", "lift.yaml", &["--robots", "1", "--speed", "4"]);
+    let recorder = recorder(&fleet.name, &file(&folder), &[]);
+    eventually("the recorder is there", || file(&folder).exists().then_some(()));
+    accepted(&fleet, &["command", "door", "hall"]);
+    shows(&fleet, "door  hall  open");
+    fleet.control(&["pause"]);
+    let live = states(&fleet.name);
+    assert_eq!(live[0].door(), DoorState::Open);
+    let mut control = Control::open(&fleet.name).expect("an engine");
+    let opened = Duration::from_nanos(control.status().expect("an answer").sim_time_nanos);
+    fleet.control(&["resume"]);
+    shows(&fleet, "door  hall  closed");
+    let closed = Duration::from_nanos(control.status().expect("an answer").sim_time_nanos);
+    eventually("a second more", || {
+        let now = Duration::from_nanos(control.status().ok()?.sim_time_nanos);
+        (now > closed + Duration::from_secs(1)).then_some(())
+    });
+    assert!(recorder.interrupt().status.success());
+
+    let replay = unique("facilities-replay");
+    let mut command = regatta();
+    command.arg("replay").arg(file(&folder)).args(["--paused", "--fleet", &replay.to_string()]);
+    let _replay = Process::start(&mut command);
+    let mut control = eventually("control", || Control::open(&replay).ok());
+    eventually("the replay answers", || control.status().ok());
+    let mut shows = |time, door| {
+        control.seek(time).expect("it is a replay");
+        eventually("the state of that time", || {
+            Some(states(&replay)).filter(|states| states[0].door() == door)
+        })
+    };
+    assert_eq!(shows(opened, DoorState::Open), live, "the states of the live run");
+    shows(closed, DoorState::Closed);
+    assert_eq!(shows(opened, DoorState::Open), live, "back in time");
 }

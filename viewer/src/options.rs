@@ -57,7 +57,7 @@ pub struct Options {
     /// the program ffmpeg)
     #[arg(long, value_name = "PATH", requires = "headless", conflicts_with = "screenshot")]
     pub record: Option<PathBuf>,
-    /// Film the recording in simulated time, every picture one step after the other: an MP4 file
+    /// Film the recording in simulated time, one picture per step: an MP4 file
     /// (requires the program ffmpeg), or a folder for PNG files
     #[arg(long, value_name = "PATH", group = "unattended", requires = "recording",
         conflicts_with_all = ["screenshot", "record", "at", "svg"])]
@@ -111,7 +111,8 @@ pub struct Options {
 /// Options of what is drawn, and how.
 #[derive(Args, Clone, Debug)]
 pub struct LookOptions {
-    /// Colour robots by state, speed, type or a column that a plugin publishes [default: collision]
+    /// Colour robots by state, speed, type or a column that a plugin publishes [default: collision;
+    /// of a recording, activity or collision if it has them, else state]
     #[arg(long, value_name = "SOURCE")]
     pub colour: Option<Colouring>,
     /// Colour theme [default: dark]

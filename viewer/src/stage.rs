@@ -418,6 +418,7 @@ impl Stage {
             legend: &legend,
             theme,
             closed: &self.closed.1,
+            facilities: self.feed.facilities(),
             level,
             bounds: Bounds { low: bounds.low - 1.0, high: bounds.high + 1.0 },
             offset: self.scene.offset,

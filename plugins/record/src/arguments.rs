@@ -118,13 +118,14 @@ pub struct TopicSet {
 }
 
 /// The names of topics on a command line, besides those of single columns.
-const TOPIC_NAMES: [&str; 10] = [
+const TOPIC_NAMES: [&str; 11] = [
     "frames",
     "events",
     "commands",
     "orders",
     "contacts",
     "contact_events",
+    "facilities",
     "columns",
     "poses",
     "robots",

@@ -4,6 +4,7 @@ use prost::Message;
 use regatta_plugin::command::CommandRecord;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
+use regatta_plugin::facility::FacilityState;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
     CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, OtherNameRecord, RobotTypeRecord,
@@ -189,6 +190,28 @@ fn event(event: &regatta::Event) -> EventRecord {
         robot: event.robot,
         id: event.id,
         detail: (event.detail | event.cause) as u32,
+    }
+}
+
+/// Returns the tick, and the states of doors and lifts since then.
+pub(crate) fn facilities(message: &[u8]) -> Result<(u64, Vec<FacilityState>), MessageError> {
+    let facilities = regatta::Facilities::decode(message)?;
+    Ok((facilities.tick, facilities.states.iter().map(facility).collect()))
+}
+
+fn facility(state: &regatta::Facility) -> FacilityState {
+    FacilityState {
+        since_tick: state.since_tick,
+        ticks: state.ticks,
+        kind: state.kind as u32,
+        index: state.index,
+        door: state.door as u32,
+        level: state.level,
+        next_level: state.next_level,
+        called_level: state.called_level,
+        robot: state.robot,
+        requests: state.requests,
+        reserved: 0,
     }
 }
 

@@ -10,6 +10,7 @@ use prost::encoding::{WireType, encode_key, encode_varint};
 use regatta_plugin::command::CommandRecord;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
+use regatta_plugin::facility::{FacilityHeader, FacilityState};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::world::{
@@ -347,6 +348,30 @@ fn contact_event(event: &ContactEvent) -> regatta::ContactEvent {
         x: event.x,
         y: event.y,
         relative_speed: event.relative_speed,
+    }
+}
+
+pub(crate) fn facilities(header: &FacilityHeader, states: &[FacilityState]) -> Vec<u8> {
+    regatta::Facilities {
+        run_id: header.run_id,
+        tick: header.tick,
+        states: states.iter().map(facility).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn facility(state: &FacilityState) -> regatta::Facility {
+    regatta::Facility {
+        since_tick: state.since_tick,
+        ticks: state.ticks,
+        kind: state.kind as i32,
+        index: state.index,
+        door: state.door as i32,
+        level: state.level,
+        next_level: state.next_level,
+        called_level: state.called_level,
+        robot: state.robot,
+        requests: state.requests,
     }
 }
 

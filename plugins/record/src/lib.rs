@@ -72,7 +72,7 @@ pub struct RecordArgs {
     #[arg(long, value_name = "LIMIT")]
     ring: Option<Limit>,
     /// Record only these topics, and the world: frames, events, commands, orders, contacts,
-    /// contact_events, columns, columns/NAME, poses, robots, graph
+    /// contact_events, facilities, columns, columns/NAME, poses, robots, graph
     #[arg(long, value_name = "NAMES")]
     topics: Option<TopicSet>,
     /// Record only every Nth frame, with the columns and contacts of that frame

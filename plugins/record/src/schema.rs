@@ -40,6 +40,8 @@ pub enum Topic {
     ContactUpdates,
     /// Contacts that began or ended.
     ContactEvents,
+    /// The states of doors and lifts: those of all of them with each change.
+    Facilities,
     /// A plugin's column.
     Column(ColumnName),
     /// Poses for general tools.
@@ -56,7 +58,7 @@ const COLUMNS: &str = "/columns/";
 
 impl Topic {
     /// All topics but those of columns.
-    pub(crate) const FIXED: [Self; 12] = [
+    pub(crate) const FIXED: [Self; 13] = [
         Self::World,
         Self::Frames,
         Self::Events,
@@ -65,6 +67,7 @@ impl Topic {
         Self::Contacts,
         Self::ContactUpdates,
         Self::ContactEvents,
+        Self::Facilities,
         Self::Poses,
         Self::Robots,
         Self::Graph,
@@ -93,6 +96,7 @@ impl Topic {
             Self::Contacts => ("/contacts", "regatta.Contacts"),
             Self::ContactUpdates => ("/contact_updates", "regatta.ContactUpdate"),
             Self::ContactEvents => ("/contact_events", "regatta.ContactEvents"),
+            Self::Facilities => ("/facilities", "regatta.Facilities"),
             Self::Column(_) => (COLUMNS, "regatta.Column"),
             Self::Poses => ("/poses", "foxglove.PosesInFrame"),
             Self::Robots => ("/robots", "foxglove.PointCloud"),
@@ -151,7 +155,8 @@ impl Topic {
 
     /// Whether a message stays valid on its own until the next one, so that it is worth repeating.
     pub(crate) fn is_repeated(&self) -> bool {
-        matches!(self, Self::World | Self::Column(_) | Self::Graph | Self::GraphPoints)
+        matches!(self, Self::World | Self::Column(_) | Self::Facilities)
+            || matches!(self, Self::Graph | Self::GraphPoints)
     }
 
     /// Whether a plugin publishes the messages rather than the producer.
@@ -168,7 +173,8 @@ impl Topic {
     /// Whether each message is a state that is valid until the next message, or an update of one. A
     /// reader that starts in the middle of a recording needs the state at its start.
     pub(crate) fn is_state(&self) -> bool {
-        matches!(self, Self::World | Self::Column(_) | Self::Contacts | Self::ContactUpdates)
+        matches!(self, Self::World | Self::Column(_) | Self::Facilities)
+            || matches!(self, Self::Contacts | Self::ContactUpdates)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Reads columns, commands, orders and contacts. The plugin runner reads frames, the world and
+//! Reads columns, commands, orders, contacts, doors and lifts. The plugin runner reads frames, the world and
 //! events.
 
 use std::collections::BTreeSet;
@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use regatta_plugin::services::COLUMN_BUFFER;
 use regatta_plugin::{
-    ColumnName, ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName,
-    OrderReader, Participant, Result, column_names,
+    ColumnName, ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FacilityReader,
+    FleetName, OrderReader, Participant, Result, column_names,
 };
 
 use crate::arguments::TopicSet;
@@ -37,6 +37,7 @@ pub(crate) struct Sources {
     orders: Option<OrderReader>,
     contacts: Option<ContactReader>,
     contact_events: Option<ContactEventReader>,
+    facilities: Option<FacilityReader>,
 }
 
 /// A message with the tick that it belongs to.
@@ -78,6 +79,7 @@ impl Sources {
             orders: None,
             contacts: None,
             contact_events: None,
+            facilities: None,
         };
         if topics.includes(&Topic::Commands) {
             sources.commands = Some(CommandLogReader::open_on(participant)?);
@@ -90,6 +92,9 @@ impl Sources {
         }
         if topics.includes(&Topic::ContactEvents) {
             sources.contact_events = Some(ContactEventReader::open_on(participant)?);
+        }
+        if topics.includes(&Topic::Facilities) {
+            sources.facilities = Some(FacilityReader::open_on(participant)?);
         }
         // Opening takes a while, so that the producer's column and all existing ones are opened
         // before the first frame.
@@ -155,6 +160,14 @@ impl Sources {
                 each(Sample::new(Topic::ContactEvents, tick, events.missed, payload));
                 Ok(())
             })?;
+        }
+        if let Some(facilities) = &mut self.facilities
+            && facilities.take()?
+            && let Some((header, states)) = facilities.newest()
+        {
+            let payload = Payload::Message(encode::facilities(header, states));
+            // A state that was replaced before it was read isn't lost: the newest has all.
+            each(Sample::new(Topic::Facilities, (header.run_id, header.tick), 0, payload));
         }
         Ok(())
     }

@@ -22,7 +22,7 @@ pub struct Cli {
     /// Domain of ROS 2, 0 to 232 [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_parser = clap::value_parser!(u16).range(..=i64::from(MAX_DOMAIN)))]
     pub domain: Option<u16>,
-    /// Names of topics, services and frames begin with this
+    /// Prefix of the names of topics, services and frames
     #[arg(long, value_name = "NAME", default_value = "regatta")]
     pub namespace: Namespace,
     /// Robots with topics and actions of their own: the first, and the one after the last
@@ -37,7 +37,7 @@ pub struct Cli {
     /// Publish this map of the ROS map server (YAML) as an occupancy grid
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub map: Option<PathBuf>,
-    /// Let nobody steer the fleet: no goals, no services
+    /// Accept no goals and offer no services, so that nobody steers the fleet
     #[arg(long)]
     pub read_only: bool,
     /// Publish fleet, doors and lifts as Open-RMF has them, and take its requests

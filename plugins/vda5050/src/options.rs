@@ -32,7 +32,7 @@ pub struct Cli {
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:1883")]
     #[arg(conflicts_with_all = ["broker", "password_file"])]
     pub listen: SocketAddr,
-    /// Let everybody who reaches the plugin's own broker in, without user and password
+    /// Accept clients of the plugin's own broker without user and password
     #[arg(long, conflicts_with = "broker")]
     pub anonymous: bool,
     /// Versions of the standard: 2.0, 2.1 or 3.0; several are given to robots in turn

@@ -36,6 +36,7 @@ pub fn heat_map(
     svg.background("#fff");
     let all = graph.edges().iter().map(|edge| plan.curves(edge));
     svg.element("path").fill("none").stroke("#dfe4ea", 1).curves(all);
+    plan.draw_facilities(&mut svg, graph);
     let mut by_class = [const { Vec::new() }; RAMP.len()];
     for edge in edges.iter().filter(|edge| edge.waiting_secs > 0.0) {
         if let Some(index) = graph.edge_by_id(edge.edge) {
@@ -89,6 +90,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn doors_and_cabins_are_on_the_plan() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs");
+        let text =
+            std::fs::read_to_string(folder.join("two-levels.yaml")).expect("a shipped plant");
+        let graph = parse(&text, "two-levels.yaml", &ReadOptions::default()).expect("a graph").0;
+        let svg = heat_map(&graph, &[], &[], 600);
+        for name in ["hall", "store", "lift"] {
+            assert!(svg.contains(&format!("<title>{name}</title>")), "{svg}");
+        }
+    }
+
+    #[test]
     fn the_worst_edges_are_the_darkest() {
         assert_eq!(
             (class(8.0, 8.0), class(5.0, 8.0), class(4.0, 8.0), class(0.001, 8.0)),
@@ -109,6 +122,7 @@ mod tests {
             600,
         );
         assert!(svg.contains("stroke=\"#440154\"") && svg.contains("stroke=\"#c2df23\""), "{svg}");
+        assert!(!svg.contains("<title>"), "it has no doors");
         assert!(svg.contains("1.000") && svg.trim_end().ends_with("</svg>"), "{svg}");
     }
 }

@@ -1,10 +1,13 @@
 //! The plan of a layout, or of a part of it, in a picture.
 
 use glam::DVec2;
+use regatta_base::svg::Svg;
 use regatta_layout::{Edge, RouteGraph};
 
 /// The longer side of the plan in pixels.
 const LONGER_SIDE: f64 = 1100.0;
+/// The colour of doors and of cabins of lifts, that of `regatta graph draw`.
+const FACILITY: &str = "#9c5a1a";
 /// The empty border in pixels.
 pub(super) const MARGIN: f64 = 24.0;
 
@@ -56,6 +59,21 @@ impl Plan {
     pub fn curves(&self, edge: &Edge) -> impl Iterator<Item = [DVec2; 4]> {
         let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
         cubics.map(|points| points.map(|point| self.pixel(point)))
+    }
+
+    /// Draws doors as bars, and the outlines of cabins where they are known, each with its name as
+    /// a tooltip.
+    pub fn draw_facilities(&self, svg: &mut Svg, graph: &RouteGraph) {
+        let doors = graph.doors().iter();
+        let doors = doors.map(|door| (&*door.name, door.drawn_line(graph).to_vec()));
+        let lifts = graph.lifts().iter();
+        let lifts = lifts.filter_map(|lift| Some((&*lift.name, lift.cabin?.outline().to_vec())));
+        for (name, line) in doors.chain(lifts) {
+            let path = svg.element("path").fill("none").stroke(FACILITY, 3);
+            path.polylines([line.into_iter().map(|point| self.pixel(point))]).open();
+            svg.element("title").content(name);
+            svg.close();
+        }
     }
 }
 

@@ -39,6 +39,7 @@ pub fn stall_map(graph: &RouteGraph, stall: &Stall) -> Option<String> {
     svg.background("#fff");
     let roads = graph.edges().iter().map(|edge| plan.curves(edge));
     svg.element("path").fill("none").stroke(ROADS, 2).curves(roads);
+    plan.draw_facilities(&mut svg, graph);
     draw_nodes(&mut svg, graph, &plan);
     for (robot, place) in &stall.places {
         let at = plan.pixel(metres(*place));

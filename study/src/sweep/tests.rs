@@ -156,3 +156,19 @@ fn a_value_narrower_than_its_interval_gets_more_seeds() {
     let seeds: Vec<usize> = curve.points.iter().map(|point| point.runs.len()).collect();
     assert_eq!(seeds, [3, 10, 3]);
 }
+
+#[test]
+fn the_outlook_is_near_the_runs_that_a_sweep_needs() {
+    let (_, _, all) = sweep("1..1000", plant);
+    let (question, robots) = (Question::Knee, "1..1000".parse().expect("robots"));
+    let outlook = |known: &Known| outlook(&question, &robots, &Precision::default(), known);
+    assert_eq!(outlook(&Known::new()), None, "nothing is known");
+    assert_eq!(outlook(&all), Some(0), "all is known");
+    let Step::Needs(first) = next(&question, &robots, &Precision::default(), &Known::new()) else {
+        panic!("it needs runs");
+    };
+    let mut known = all.clone();
+    known.retain(|run, _| first.contains(run));
+    let (expected, left) = (outlook(&known).expect("known"), all.len() - known.len());
+    assert!(left > 0 && (left / 2..=2 * left).contains(&expected), "{expected}, {left}");
+}

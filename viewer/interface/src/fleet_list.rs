@@ -1,5 +1,7 @@
 //! The fleet panel: a list of all robots, sortable and searchable.
 
+mod table;
+
 use std::collections::BTreeMap;
 
 use egui::text::{CCursor, CCursorRange};
@@ -103,7 +105,7 @@ impl FleetPanel {
         let rows = held.as_ref();
         let levels = contact_levels(context.model);
         let count = rows.map_or(frame.len(), |rows| rows.ids.len());
-        let (selected, offset, theme) = (context.selection.robots(), context.offset, context.theme);
+        let selected = context.selection.robots();
         let opacity = ui.opacity();
         let mut clicked = None;
         self.area = Some(ui.available_rect_before_wrap());
@@ -120,14 +122,7 @@ impl FleetPanel {
             if response.clicked() || response.double_clicked() {
                 clicked = Some((id, response.double_clicked()));
             }
-            let edge = context
-                .model
-                .world
-                .edges()
-                .get(frame.edge()[id as usize] as usize)
-                .map(|edge| edge.id);
-            let activity = context.model.activity(id);
-            let row = Row { id, edge, level: levels.get(&id).copied(), offset, activity, theme };
+            let row = Row::new(context, &frame, id, &levels);
             cells(ui, rect, &frame, &row, columns, &colours);
         });
         self.held = held;
@@ -141,6 +136,22 @@ impl FleetPanel {
                 context.ask(Request::FlyToSelected);
             }
         }
+    }
+
+    /// Copies the robots of the list, in its order.
+    fn copy(&self, context: &PanelContext<'_>, ui: &Ui) {
+        let Some(frame) = context.model.frame else { return };
+        let is_sorted = |rows: &&Rows| rows.query == self.query && !self.query.is_plain();
+        let rows = context.model.rows.filter(is_sorted);
+        let all = 0..frame.len() as u32;
+        let text = match rows {
+            Some(rows) => table::csv(context, &frame, rows.ids.iter().copied()),
+            None if self.query.descending => table::csv(context, &frame, all.rev()),
+            None => table::csv(context, &frame, all),
+        };
+        let count = text.lines().count().saturating_sub(1);
+        ui.ctx().copy_text(text);
+        context.notify(format!("{} copied", with_plural(count as u64, "robot")));
     }
 
     /// Returns the rows to show. While the pointer is over the list, they don't change, so that the
@@ -173,7 +184,10 @@ impl FleetPanel {
 
     fn search(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
         let robots = context.model.frame.map_or(0, |frame| frame.len());
-        ui.horizontal(|ui| {
+        style::row_from_right(ui, |ui| {
+            if style::copy_button(ui, "these robots as a table").clicked() {
+                self.copy(context, ui);
+            }
             let hint = format!("{}: id, activity, n12, e12", with_plural(robots as u64, "robot"));
             let field = egui::TextEdit::singleline(&mut self.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
@@ -264,6 +278,25 @@ struct Row {
     /// `None` if the robot is absent.
     activity: Option<Activity>,
     theme: Theme,
+}
+
+impl Row {
+    fn new(
+        context: &PanelContext<'_>,
+        frame: &Frame<'_>,
+        id: u32,
+        levels: &BTreeMap<u32, ContactLevel>,
+    ) -> Self {
+        let edges = context.model.world.edges();
+        Self {
+            id,
+            edge: edges.get(frame.edge()[id as usize] as usize).map(|edge| edge.id),
+            level: levels.get(&id).copied(),
+            offset: context.offset,
+            activity: context.model.activity(id),
+            theme: context.theme,
+        }
+    }
 }
 
 /// Returns the worst contact of each robot that has one.

@@ -101,6 +101,8 @@ pub enum Command {
     Help,
     /// Undo the last command to the fleet that can be undone.
     Undo,
+    /// Ask for a layout, a scenario or a recording, and open it.
+    Open,
     /// Save a picture of the window.
     Picture,
     /// Switch full screen on or off.

@@ -1,29 +1,41 @@
-//! The ids of nodes and edges, drawn beside them where the camera is near enough.
+//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the ids
+//! of nodes and edges where the camera is near enough.
 
 use std::collections::{BTreeSet, HashSet};
 
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRecord, Role};
-use regatta_scene::camera::Camera;
+use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::curves::midpoint;
+use regatta_scene::is_on_level;
+use regatta_scene::names::{Name, names, station_of};
 use regatta_scene::palette::Theme;
 
 use super::robot_spots::Spot;
 use super::style;
 
-/// Points per metre of the picture from which ids are drawn.
-const MIN_POINTS_PER_METRE: f32 = 32.0;
-/// The largest number of ids in a picture.
+/// Points per metre of the picture from which ids are drawn, and all names for which there is room.
+const NEAR: f32 = 32.0;
+/// The size of the letters of names, in points.
+const NAME: f32 = 11.0;
+/// The largest number of labels in a picture.
 const MAX_LABELS: usize = 240;
 /// Width and height of a cell of the picture, in points. Two ids are never in the same cell nor in
 /// neighbouring cells of a row.
 const CELL: Vec2 = Vec2::new(30.0, 15.0);
 
-/// The nodes and edges of a route graph with their places, sorted from west to east.
+/// The labels of a route graph, by the scales from which they are drawn.
 #[derive(Debug, Default)]
-pub struct Labels(Vec<Label>);
+pub struct Labels(Vec<Band>);
+
+/// The labels that are drawn from a scale on.
+#[derive(Debug)]
+struct Band {
+    points_per_metre: f32,
+    /// Sorted from west to east.
+    labels: Vec<Label>,
+}
 
 /// The picture over which labels are drawn.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +55,26 @@ pub struct LabelView<'a> {
 /// Returns the distance from the eye up to which ids are drawn in a picture of `size` points;
 /// `None` if the camera is farther away from the ground than that.
 pub(super) fn reach(camera: &Camera, size: Vec2) -> Option<f32> {
-    let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
+    reach_of(NEAR, camera, size)
+}
+
+/// Returns the distance from the eye up to which a metre has so many points.
+fn reach_of(points_per_metre: f32, camera: &Camera, size: Vec2) -> Option<f32> {
+    let reach = camera.pixels_per_radian(size.y) / points_per_metre;
     (camera.eye().z < reach && size.min_element() > 0.0).then_some(reach)
+}
+
+/// Returns a rectangle of the ground with all places in a picture up to a distance from the eye.
+pub(super) fn ground_in_sight(camera: &Camera, size: Vec2, reach: f32) -> Bounds {
+    let eye = camera.eye().truncate();
+    let corners = [Vec2::ZERO, Vec2::new(size.x, 0.0), Vec2::new(0.0, size.y), size];
+    let ground: Option<Vec<Vec2>> =
+        corners.into_iter().map(|corner| camera.unproject(corner, size)).collect();
+    let around = Bounds { low: eye - reach, high: eye + reach };
+    ground.and_then(Bounds::from_points).map_or(around, |seen| Bounds {
+        low: seen.low.max(around.low),
+        high: seen.high.min(around.high),
+    })
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -52,33 +82,32 @@ struct Label {
     place: Vec2,
     id: u32,
     is_node: bool,
-    /// The name of a station, or its role and id.
-    station: Option<Box<str>>,
+    /// The name of a station, a door or a lift, or the role and id of a node.
+    name: Option<Box<str>>,
 }
 
 impl Labels {
-    /// Collects the nodes and edges of a route graph, or of one of its levels.
+    /// Collects the labels of a route graph, or of one of its levels.
     pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
-        let mut all = Vec::new();
-        for node in world.nodes() {
-            if level.is_none_or(|level| world.text(node.level) == level) {
-                let (place, station) = (Vec2::new(node.x, node.y), station_of(world, node));
-                all.push(Label { place, id: node.id, is_node: true, station });
+        let mut bands: Vec<Band> = Vec::new();
+        for Name { text, place, scale } in names(world, level) {
+            let points_per_metre = (scale * NAME).min(NEAR);
+            if bands.last().is_none_or(|band| band.points_per_metre < points_per_metre) {
+                bands.push(Band { points_per_metre, labels: Vec::new() });
+            }
+            if let Some(band) = bands.last_mut() {
+                band.labels.push(Label { place, id: 0, is_node: true, name: Some(text) });
             }
         }
-        for edge in world.edges() {
-            if level.is_none_or(|level| world.text(edge.level) == level)
-                && let Some(place) = midpoint(world, edge)
-            {
-                all.push(Label { place, id: edge.id, is_node: false, station: None });
-            }
+        bands.push(Band { points_per_metre: NEAR, labels: ids(world, level) });
+        for band in &mut bands {
+            band.labels.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         }
-        all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
-        Self(all)
+        Self(bands)
     }
 
-    /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space
-    /// is short, nodes precede edges and near ones far ones; none covers a robot or another id.
+    /// Draws names and ids over a picture, of which `clip` is in sight. Where space is short, names
+    /// precede nodes, these edges, and near ones far ones; none covers a robot or another label.
     pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
         let LabelView { picture, camera, offset, theme, robots } = *view;
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
@@ -88,12 +117,12 @@ impl Labels {
             self.visible(camera, offset, Vec2::new(picture.width(), picture.height()))
         {
             let (colour, size) = if label.is_node {
-                (colours.text, 11.0)
+                (colours.text, NAME)
             } else {
                 (colours.text.gamma_multiply(0.8), 10.0)
             };
             // Right of the node, or of the arrow in the middle of the edge.
-            let (anchor, gap) = match (label.is_node, &label.station) {
+            let (anchor, gap) = match (label.is_node, &label.name) {
                 // Beside the badge.
                 (_, Some(_)) => (Align2::LEFT_BOTTOM, 10.0),
                 (true, None) => (Align2::LEFT_BOTTOM, 5.0),
@@ -102,13 +131,17 @@ impl Labels {
             let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
             // Ids of robots are framed; those of the graph are letters and digits on the floor.
-            let font = if label.station.is_some() {
+            let font = if label.name.is_some() {
                 FontId::proportional(size)
             } else {
                 FontId::monospace(size - 1.0)
             };
             let galley = painter.layout_no_wrap(label.text(), font, colour);
-            let text = anchor.anchor_size(at, galley.size());
+            let mut text = anchor.anchor_size(at, galley.size());
+            if text.right() > clip.right() {
+                // To the left of its place, where all of it is in sight.
+                text = text.translate(egui::vec2(-text.width() - 2.0 * gap, 0.0));
+            }
             let covers_robot = robots.iter().any(|spot| {
                 let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
                 text.distance_sq_to_pos(middle) < spot.radius * spot.radius
@@ -161,23 +194,11 @@ impl Labels {
 
     /// Returns the labels to draw and their places in a picture of this size, in points.
     fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(&Label, Vec2)> {
-        let eye = camera.eye();
-        let Some(reach) = reach(camera, size) else { return Vec::new() };
-        let (west, east) = (eye.x - offset.x - reach, eye.x - offset.x + reach);
-        let first = self.0.partition_point(|label| label.place.x < west);
-        let last = self.0.partition_point(|label| label.place.x <= east);
-        let mut near: Vec<_> = self.0[first..last]
-            .iter()
-            .filter_map(|label| {
-                let place = (label.place + offset).extend(0.0);
-                let far = place.distance(eye);
-                let at = camera
-                    .project(place, size)
-                    .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
-                (far < reach).then_some((far, label, at))
-            })
-            .collect();
-        // Stations come before nodes, and these before edges.
+        let mut near = Vec::new();
+        for band in &self.0 {
+            band.find(camera, offset, size, &mut near);
+        }
+        // Names come before nodes, and these before edges.
         near.sort_by(|a, b| b.1.rank().cmp(&a.1.rank()).then(a.0.total_cmp(&b.0)));
         let mut taken = HashSet::new();
         let mut visible = Vec::new();
@@ -195,20 +216,58 @@ impl Labels {
     }
 }
 
+impl Band {
+    /// Adds the labels in a picture, with their distances from the eye and their places there.
+    fn find<'a>(
+        &'a self,
+        camera: &Camera,
+        offset: Vec2,
+        size: Vec2,
+        found: &mut Vec<(f32, &'a Label, Vec2)>,
+    ) {
+        let Some(reach) = reach_of(self.points_per_metre, camera, size) else { return };
+        let ground = ground_in_sight(camera, size, reach);
+        let (west, east) = (ground.low.x - offset.x, ground.high.x - offset.x);
+        let first = self.labels.partition_point(|label| label.place.x < west);
+        for label in self.labels[first..].iter().take_while(|label| label.place.x <= east) {
+            let place = (label.place + offset).extend(0.0);
+            let far = place.distance(camera.eye());
+            if let Some(at) = camera.project(place, size)
+                && far < reach
+                && at.cmpge(Vec2::ZERO).all()
+                && at.cmple(size).all()
+            {
+                found.push((far, label, at));
+            }
+        }
+    }
+}
+
+/// Returns the ids of nodes without a name, and of edges.
+fn ids(world: &World<'_>, level: Option<&str>) -> Vec<Label> {
+    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
+    let nodes = nodes.filter(|node| station_of(world, node).is_none());
+    let nodes = nodes.map(|node| (node.id, true, Vec2::new(node.x, node.y)));
+    let edges = world.edges().iter().filter(|edge| is_on_level(world, edge.level, level));
+    let edges = edges.filter_map(|edge| Some((edge.id, false, midpoint(world, edge)?)));
+    let labels = nodes.chain(edges);
+    labels.map(|(id, is_node, place)| Label { place, id, is_node, name: None }).collect()
+}
+
 impl Label {
     /// The rank among the labels of a picture; the highest are drawn first.
     fn rank(&self) -> u8 {
-        u8::from(self.is_node) + u8::from(self.station.is_some())
+        u8::from(self.is_node) + u8::from(self.name.is_some())
     }
 
     fn text(&self) -> String {
         let prefix = if self.is_node { 'n' } else { 'e' };
-        self.station.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
+        self.name.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
     }
 
     /// The number of cells that the text takes; a letter takes some six points.
     fn cells(&self) -> i32 {
-        let letters = self.station.as_deref().map_or(0, |name| name.chars().count());
+        let letters = self.name.as_deref().map_or(0, |name| name.chars().count());
         (letters as f32 * 6.0 / CELL.x).ceil().max(1.0) as i32
     }
 }
@@ -225,96 +284,5 @@ pub fn levels(world: &World<'_>) -> Vec<String> {
     names.into_iter().filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
-/// Returns the name of a node with a role, or its role and id; `None` without a role.
-fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
-    match (node.role(), world.text(node.name)) {
-        (Role::None, _) => None,
-        (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
-        (_, name) => Some(name.into()),
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::Vec3;
-    use regatta_plugin::world::WorldData;
-
-    const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
-
-    fn labels(nodes: impl Iterator<Item = NodeRecord>) -> Labels {
-        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1), None)
-    }
-
-    fn row(count: u32) -> Labels {
-        labels((0..count).map(|i| NodeRecord { id: i, x: i as f32 * 2.0, ..NodeRecord::default() }))
-    }
-
-    fn over(x: f32, distance: f32) -> Camera {
-        Camera { target: Vec3::new(x, 0.0, 0.0), pitch: 1.2, distance, ..Camera::default() }
-    }
-
-    #[test]
-    fn only_ids_that_are_near_and_in_sight_are_drawn() {
-        let labels = row(100_000);
-        assert!(
-            labels.visible(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(),
-            "the camera is too far away"
-        );
-        let near = labels.visible(&over(5_000.0, 20.0), Vec2::ZERO, SIZE);
-        assert!(
-            near.iter().any(|(label, at)| label.id == 2_500 && at.distance(SIZE / 2.0) < 1.0),
-            "{near:?}"
-        );
-        assert!(
-            near.len() > 5 && near.iter().all(|(label, _)| (label.place.x - 5_000.0).abs() < 40.0)
-        );
-        let moved = labels.visible(&over(5_007.0, 20.0), Vec2::new(7.0, 0.0), SIZE);
-        assert_eq!(moved.len(), near.len(), "the offset moves the labels");
-    }
-
-    #[test]
-    fn ids_do_not_overlap_and_their_number_is_limited() {
-        let nodes = (0..40_000).map(|i| NodeRecord {
-            id: i,
-            x: (i % 200) as f32 * 0.1 - 10.0,
-            y: (i / 200) as f32 * 0.1 - 10.0,
-            ..NodeRecord::default()
-        });
-        let labels = labels(nodes);
-        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
-        assert!(near.len() > 100 && near.len() <= MAX_LABELS, "{}", near.len());
-        for (i, (_, a)) in near.iter().enumerate() {
-            assert!(
-                near[..i].iter().all(|(_, b)| (a.y / CELL.y).floor() != (b.y / CELL.y).floor()
-                    || (a.x - b.x).abs() >= CELL.x)
-            );
-        }
-    }
-
-    #[test]
-    fn a_station_has_its_name_and_keeps_room_for_it() {
-        let mut world = WorldData::default();
-        let name = world.texts.add("inbound dock 4");
-        let station = |id, name, x, role: Role| NodeRecord {
-            id,
-            name,
-            x,
-            role: role as u32,
-            ..NodeRecord::default()
-        };
-        world.nodes = vec![
-            station(1, name, 0.0, Role::Pick),
-            station(2, 0, 6.0, Role::Charge),
-            station(3, name, -6.0, Role::None),
-        ];
-        let labels = Labels::new(&world.view(1, 1), None);
-        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
-        let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
-        assert_eq!(texts, ["inbound dock 4", "charge 2", "n3"]);
-        world.nodes[1].x = 0.9;
-        let labels = Labels::new(&world.view(1, 1), None);
-        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
-        assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
-    }
-}
+mod tests;

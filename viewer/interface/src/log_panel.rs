@@ -71,9 +71,12 @@ impl LogPanel {
             // A recording's marks are known for all of its time.
             let entries: Vec<Entry> = recording.marks.iter().filter_map(of_mark).collect();
             ui.label(RichText::new(with_plural(entries.len() as u64, "mark")).size(20.0));
-            self.filters(ui);
+            let copies = self.filters(ui);
             let shown: Vec<&Entry> =
                 entries.iter().filter(|entry| self.filter.shows(entry)).collect();
+            if copies {
+                copy(context, ui, shown.iter().map(|entry| (*entry, 0)));
+            }
             let clicked =
                 list_entries(context, ui, &mut self.list, shown.len(), &|row| (shown[row], 0));
             if let Some(entry) = clicked {
@@ -85,9 +88,12 @@ impl LogPanel {
             }
             return;
         }
-        self.filters(ui);
+        let copies = self.filters(ui);
         self.update();
         let (entries, shown) = (self.log.entries(), &self.shown);
+        if copies {
+            copy(context, ui, shown.iter().map(|row| (&entries[row.place], row.more)));
+        }
         let clicked = list_entries(context, ui, &mut self.list, shown.len(), &|row| {
             let Repeated { place, more } = shown[row];
             (&entries[place], more)
@@ -161,8 +167,10 @@ impl LogPanel {
         }
     }
 
-    fn filters(&mut self, ui: &mut Ui) {
+    /// Shows the filters. Returns whether the entries are to be copied.
+    fn filters(&mut self, ui: &mut Ui) -> bool {
         let filter = &mut self.filter;
+        let mut copies = false;
         ui.horizontal(|ui| {
             let combo =
                 ComboBox::from_id_salt("log kind").selected_text(name_of(filter.kind)).width(90.0);
@@ -171,14 +179,34 @@ impl LogPanel {
                     ui.selectable_value(&mut filter.kind, kind, name_of(kind));
                 }
             });
-            let text = TextEdit::singleline(&mut filter.text)
-                .hint_text("text, or #7")
-                .desired_width(f32::INFINITY);
-            ui.add(text)
-                .on_hover_text("Entries with this text; #7 for those of robot 7")
-                .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
+            style::row_from_right(ui, |ui| {
+                copies = style::copy_button(ui, "these entries").clicked();
+                let text = TextEdit::singleline(&mut filter.text)
+                    .hint_text("text, or #7")
+                    .desired_width(f32::INFINITY);
+                ui.add(text)
+                    .on_hover_text("Entries with this text; #7 for those of robot 7")
+                    .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
+            });
         });
+        copies
     }
+}
+
+/// Copies entries, each a line with its time.
+fn copy<'a>(
+    context: &PanelContext<'_>,
+    ui: &Ui,
+    entries: impl ExactSizeIterator<Item = (&'a Entry, u32)>,
+) {
+    let count = entries.len() as u64;
+    let lines = entries.map(|(entry, more)| {
+        let time = clock_text(entry.time_nanos as f64 / 1e9);
+        format!("{time}\t{}\n", row_text(entry, more))
+    });
+    ui.ctx().copy_text(lines.collect());
+    let noun = if count == 1 { "entry" } else { "entries" };
+    context.notify(format!("{} {noun} copied", thousands(count)));
 }
 
 /// Shows the entries in sight. Returns the one that was clicked.

@@ -13,7 +13,7 @@ use regatta_plugin::{Frame, World};
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::palette::Theme;
 
-use super::labels::reach;
+use super::labels::{ground_in_sight, reach};
 use super::style;
 
 /// The maximum number of robots that are found.
@@ -86,16 +86,8 @@ fn is_on(level: &str, edge: u32, world: &World<'_>) -> bool {
 /// Returns a rectangle of the ground that has all robots whose ids could be read; `None` if the
 /// camera is too far away.
 fn near_bounds(camera: &Camera, size: Vec2, radius: f32) -> Option<Bounds> {
-    let (eye, far) = (camera.eye(), reach(camera, size)?);
-    let corners = [Vec2::ZERO, Vec2::new(size.x, 0.0), Vec2::new(0.0, size.y), size];
-    let ground: Option<Vec<Vec2>> =
-        corners.into_iter().map(|corner| camera.unproject(corner, size)).collect();
-    let around = Bounds { low: eye.truncate() - far, high: eye.truncate() + far };
-    let seen = ground.and_then(Bounds::from_points).map_or(around, |seen| Bounds {
-        low: (seen.low - radius).max(around.low),
-        high: (seen.high + radius).min(around.high),
-    });
-    Some(seen)
+    let seen = ground_in_sight(camera, size, reach(camera, size)?);
+    Some(Bounds { low: seen.low - radius, high: seen.high + radius })
 }
 
 /// Draws the ids of robots over them, in a look that ids of nodes and edges don't have. Where they

@@ -105,6 +105,7 @@ impl Interface {
                 Some(mut step) => self.undoing.append(&mut step),
                 None => self.notify("there is no command to undo"),
             },
+            Command::Open => context.act(Action::Open),
             Command::Picture => context.act(Action::WritePicture),
             Command::FullScreen => context.act(Action::FullScreen),
             Command::Quit => context.act(Action::Quit),

@@ -10,7 +10,7 @@ use super::style::{self, ThemeColours};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
 use crate::jams::{Known, Spot, Trend, csv};
-use crate::text::thousands;
+use crate::text::{thousands, with_plural};
 
 /// The radius of the mark in metres, and its least one in points.
 const MARK: (f32, f32) = (5.0, 14.0);
@@ -67,6 +67,12 @@ impl SpotsPanel {
                 let id =
                     |edge: u32| context.model.world.edges().get(edge as usize).map(|edge| edge.id);
                 context.act(Action::Write { path: path.clone().into(), text: csv(spots, &id) });
+            }
+            if style::copy_button(ui, "all hot spots as a table").clicked() {
+                let id =
+                    |edge: u32| context.model.world.edges().get(edge as usize).map(|edge| edge.id);
+                ui.ctx().copy_text(csv(spots, &id));
+                context.notify(format!("{} copied", with_plural(spots.len() as u64, "hot spot")));
             }
         });
         if spots.is_empty() {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{
-    Color32, ComboBox, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Role, Sense,
-    Stroke, TextStyle, Ui, Visuals, WidgetInfo, vec2,
+    Align, Color32, ComboBox, Context, CornerRadius, FontId, Frame, Galley, Layout, Margin,
+    Response, RichText, Role, Sense, Stroke, TextStyle, Ui, Visuals, WidgetInfo, vec2,
 };
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
@@ -173,6 +173,19 @@ pub fn colours_of(ctx: &Context) -> ThemeColours {
         egui::Theme::Dark => Theme::Dark,
         egui::Theme::Light => Theme::Light,
     })
+}
+
+/// Shows a row that is filled from its right end.
+pub fn row_from_right(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
+    let size = vec2(ui.available_width(), ui.spacing().interact_size.y);
+    ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), add);
+}
+
+/// Shows the button that copies a list to the clipboard.
+pub fn copy_button(ui: &mut Ui, what: &str) -> Response {
+    let response = ui.button("copy").on_hover_text(format!("Copy {what}"));
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("copy {what}")));
+    response
 }
 
 /// Returns secondary text, in which no line ends between a number and the next word.

@@ -11,12 +11,12 @@ use super::style::status_dot;
 
 /// The least width of the window for all tabs and buttons side by side, in points; a narrower one
 /// has menus.
-const WIDE: f32 = 1150.0;
+const WIDE: f32 = 1220.0;
 /// The least width at which the state of the engine is a text; below, it is a tooltip.
 const WITH_STATE: f32 = 560.0;
 /// The width of all tabs and buttons side by side, without the name and the state of the fleet, in
 /// points.
-const TABS: f32 = 1030.0;
+const TABS: f32 = 1095.0;
 /// The greatest count that a tab shows as a number.
 const MAX_COUNT: usize = 99;
 
@@ -54,6 +54,10 @@ impl TopBar<'_> {
                 let button = icons::button(ui, icon, name, vec2(26.0, 22.0));
                 if button.on_hover_text(format!("{name} (L)")).clicked() {
                     context.ask(Request::Run(Command::Theme));
+                }
+                let text = "Open a layout, a scenario or a recording (Ctrl+O)";
+                if ui.button("Open…").on_hover_text(text).clicked() {
+                    context.ask(Request::Run(Command::Open));
                 }
                 if room >= WIDE {
                     ui.separator();

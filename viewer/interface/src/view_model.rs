@@ -195,6 +195,8 @@ pub enum Action {
     },
     /// Write a plan as SVG into the current folder.
     WriteSvg,
+    /// Ask for a file, and open it.
+    Open,
     /// Write a picture of the window as PNG into the current folder.
     WritePicture,
     /// Compute rows of the fleet list.

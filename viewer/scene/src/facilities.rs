@@ -8,6 +8,7 @@ use regatta_plugin::facility::{DoorState, FacilityKind, FacilityState};
 use regatta_plugin::world::{DoorRecord, LiftRecord};
 
 use super::is_on_level;
+use super::palette::Rgb;
 
 /// A bar on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -32,6 +33,9 @@ pub enum BarColour {
     /// A shaft whose cabin is elsewhere.
     Away = 3,
 }
+
+/// The colours of bars by [`BarColour`], those of facilities.wgsl.
+pub const BAR_COLOURS: [Rgb; 4] = [Rgb(0xd8_232e), Rgb(0xf3_bc27), Rgb(0x30_b361), Rgb(0x7c_8189)];
 
 /// The part of a door's half that is seen when it is open.
 const JAMB: f32 = 0.15;
@@ -104,6 +108,34 @@ fn cabin(
     sides.map(|ends| Bar { ends, colour: colour as u32 }).collect()
 }
 
+/// The name of a door or a lift, and its place in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Named<'a> {
+    /// The name.
+    pub name: &'a str,
+    /// The middle of the door, or the centre of the cabin.
+    pub place: Vec2,
+}
+
+/// Returns the names and places of the doors and lifts of a level (`None` for all levels).
+pub fn named<'a>(world: &World<'a>, level: Option<&str>) -> Vec<Named<'a>> {
+    let doors = world.doors().iter().filter(|door| is_there(world, door, level));
+    let doors = doors.map(|door| {
+        let [start, end] = door.line.map(Vec2::from_array);
+        Named { name: world.text(door.name), place: start.midpoint(end) }
+    });
+    let lifts = world.lifts().iter().filter(|lift| serves(world, lift, level));
+    let lifts = lifts
+        .map(|lift| Named { name: world.text(lift.name), place: Vec2::from_array(lift.centre) });
+    doors.chain(lifts).collect()
+}
+
+/// Whether a lift serves a level.
+fn serves(world: &World<'_>, lift: &LiftRecord, level: Option<&str>) -> bool {
+    let mut levels = world.lift_levels(lift).iter();
+    levels.any(|record| is_on_level(world, record.name, level))
+}
+
 fn corners(lift: &LiftRecord) -> [Vec2; 4] {
     let size = Vec2::from_array(lift.size);
     let size = if size.min_element() > 0.0 { size } else { Vec2::splat(UNKNOWN_CABIN) };
@@ -153,6 +185,20 @@ mod tests {
         assert_eq!([100, 105].map(at), [0.0, -0.5]);
         assert!(at(110) < -0.8, "the jamb is still seen");
         assert!(shown(&[opening], 100, Some("L2")).is_empty(), "it is on the other level");
+    }
+
+    #[test]
+    fn doors_and_lifts_are_named_on_their_levels() {
+        let mut data = world();
+        let [door, lift] = ["gate", "north"].map(|name| data.texts.add(name));
+        (data.doors[0].name, data.lifts[0].name) = (door, lift);
+        let names = |level| {
+            let world = data.view(1, 1);
+            named(&world, level).into_iter().map(|named| named.name.to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(None), ["gate", "north"]);
+        assert_eq!(names(Some("L2")), ["north"]);
+        assert_eq!(named(&data.view(1, 1), None)[1].place, Vec2::new(5.0, 0.0));
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod camera;
 pub mod curves;
 pub mod facilities;
 pub mod heat;
+pub mod names;
 pub mod palette;
 pub mod plans;
 pub mod route;

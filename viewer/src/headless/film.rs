@@ -73,6 +73,8 @@ impl HeadlessViewer<'_> {
         let mut jams =
             self.options.counts_traffic().then(|| Reader::open(&self.options.fleet)).transpose()?;
         let (mut control, mut around) = self.stand()?;
+        // The description of the recording may have come after its first frame.
+        self.stage.update(Instant::now())?;
         self.wait_for_columns()?;
         self.check_options()?;
         let schedule = self.schedule(&around.after)?;

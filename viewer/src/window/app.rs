@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use egui_winit::accesskit_winit;
 use regatta_interface::Interface;
 use regatta_interface::camera_controller::{CameraController, Follow};
 use regatta_interface::cameras::CameraOption;
@@ -10,11 +11,11 @@ use regatta_plugin::{Error, Result, Termination};
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
 use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
 use super::settings_store::SettingsStore;
-use super::viewer_window::{Next, ViewerWindow, title};
+use super::viewer_window::{Kept, Next, ViewerWindow, title};
 use crate::options::Options;
 
 /// The number of lost devices within a time that is tolerated.
@@ -27,6 +28,8 @@ const MAX_SLEEP: Duration = Duration::from_millis(200);
 pub struct App<'a> {
     options: &'a Options,
     termination: Termination,
+    /// Takes what assistive programs want to the event loop.
+    proxy: EventLoopProxy<accesskit_winit::Event>,
     instance: wgpu::Instance,
     viewer: Option<ViewerWindow>,
     /// The times at which devices were lost.
@@ -41,11 +44,16 @@ pub struct App<'a> {
 
 impl<'a> App<'a> {
     /// Creates the application; the window opens when the display is ready.
-    pub fn new(options: &'a Options, termination: Termination) -> Self {
+    pub fn new(
+        options: &'a Options,
+        termination: Termination,
+        proxy: EventLoopProxy<accesskit_winit::Event>,
+    ) -> Self {
         let instance = regatta_gpu::device::instance();
         Self {
             options,
             termination,
+            proxy,
             instance,
             viewer: None,
             losses: Vec::new(),
@@ -92,7 +100,9 @@ impl<'a> App<'a> {
         let attributes = Window::default_attributes()
             .with_title(title(&self.options.name(), None))
             .with_inner_size(LogicalSize::new(size.x, size.y))
-            .with_min_inner_size(LogicalSize::new(320.0, 200.0));
+            .with_min_inner_size(LogicalSize::new(320.0, 200.0))
+            // It is shown once it is connected to assistive programs.
+            .with_visible(false);
         let window = events
             .create_window(attributes)
             .map_err(|error| Error::new(format!("can't open a window: {error}")))?;
@@ -153,10 +163,13 @@ impl<'a> App<'a> {
             return self.fail(events, Error::new(text));
         }
         tracing::warn!("the graphics device was lost ({reason}); opening it again");
-        let (window, mut interface, settings_store) = viewer.into_parts();
+        let Kept { window, mut interface, settings_store, adapter } = viewer.into_parts();
         interface.notify("the graphics device was lost and opened again");
         match ViewerWindow::open(self.options, &self.instance, window, interface, settings_store) {
-            Ok(viewer) => self.viewer = Some(viewer),
+            Ok(mut viewer) => {
+                viewer.set_adapter(adapter);
+                self.viewer = Some(viewer);
+            }
             Err(error) => self.fail(events, error),
         }
     }
@@ -174,14 +187,23 @@ impl<'a> App<'a> {
     }
 }
 
-impl ApplicationHandler for App<'_> {
+impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.viewer.is_some() {
             return;
         }
         match self.open(events) {
-            Ok(viewer) => self.viewer = Some(viewer),
+            Ok(mut viewer) => {
+                viewer.appear(events, self.proxy.clone());
+                self.viewer = Some(viewer);
+            }
             Err(error) => self.fail(events, error),
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, event: accesskit_winit::Event) {
+        if let Some(viewer) = &mut self.viewer {
+            viewer.handle_assistance(event);
         }
     }
 

@@ -53,10 +53,7 @@ pub fn catch<T>(call: impl FnOnce() -> T) -> Result<T> {
 /// # Errors
 /// If the display has gone.
 #[cfg(target_os = "linux")]
-pub fn run_on_x11(
-    mut events: winit::event_loop::EventLoop<()>,
-    app: &mut super::app::App<'_>,
-) -> Result {
+pub fn run_on_x11(mut events: super::Events, app: &mut super::app::App<'_>) -> Result {
     use std::time::{Duration, Instant};
     use winit::platform::pump_events::{EventLoopExtPumpEvents, PumpStatus};
 
@@ -84,13 +81,13 @@ pub fn run_on_x11(
 /// Leaves the connection to a display that has gone as it is.
 #[cfg(target_os = "linux")]
 #[expect(clippy::disallowed_methods, reason = "it holds no sample of shared memory")]
-fn forget(events: winit::event_loop::EventLoop<()>) {
+fn forget(events: super::Events) {
     std::mem::forget(events);
 }
 
 /// Waits until there are events, and no longer than this.
 #[cfg(target_os = "linux")]
-fn wait(events: &winit::event_loop::EventLoop<()>, pause: std::time::Duration) {
+fn wait(events: &super::Events, pause: std::time::Duration) {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     let timeout = Timespec { tv_sec: pause.as_secs() as i64, tv_nsec: pause.subsec_nanos().into() };
     // A signal ends it early, which costs one look for events.

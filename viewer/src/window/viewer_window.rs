@@ -1,6 +1,7 @@
 //! An open window: the fleet that is read, the device that draws, the interface, and the data flow
 //! between them.
 
+mod accessibility;
 mod paint;
 mod show;
 
@@ -25,9 +26,10 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::assets::{Assets, Unloadable};
-use super::dropped::DroppedFiles;
+use super::file_dialog::FileDialog;
 use super::fleet_state::FleetState;
 use super::frame_pacing::{Due, FramePacing};
+use super::opened::OpenedFiles;
 use super::settings_store::{SettingsError, SettingsStore};
 use super::surface::{WindowSurface, create_surface};
 use super::udp::UdpProcesses;
@@ -41,6 +43,8 @@ use crate::stage::Stage;
 
 /// The time between two checks of a hidden window.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(200);
+/// The time between two looks for the answer of an open file dialog.
+const DIALOG_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The next step of the event loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +73,8 @@ pub struct ViewerWindow {
     fleet_state: FleetState,
     link: Link,
     udp: UdpProcesses,
-    dropped: DroppedFiles,
+    opened: OpenedFiles,
+    file_dialog: FileDialog,
     frame_pacing: FramePacing,
     timing: Timing,
     look: LookOptions,
@@ -87,6 +92,18 @@ pub struct ViewerWindow {
     assets: Assets,
     drawn_at: Instant,
     settings_store: SettingsStore,
+}
+
+/// The parts of a window that outlive its device.
+pub struct Kept {
+    /// The window.
+    pub window: Arc<Window>,
+    /// The interface.
+    pub interface: Interface,
+    /// The settings.
+    pub settings_store: SettingsStore,
+    /// The connection to assistive programs.
+    pub adapter: Option<egui_winit::accesskit_winit::Adapter>,
 }
 
 impl ViewerWindow {
@@ -155,7 +172,8 @@ impl ViewerWindow {
             fleet_state: FleetState::default(),
             link: Link::open(&options.fleet)?,
             udp: UdpProcesses::default(),
-            dropped: DroppedFiles::default(),
+            opened: OpenedFiles::default(),
+            file_dialog: FileDialog::default(),
             timing: Timing::new(adapter),
             look,
             fleet: options.fleet.clone(),
@@ -169,9 +187,14 @@ impl ViewerWindow {
         })
     }
 
-    /// Returns the parts that outlive the device: the window, the interface and the settings.
-    pub fn into_parts(self) -> (Arc<Window>, Interface, SettingsStore) {
-        (self.window, self.interface.for_new_context(), self.settings_store)
+    /// Returns the parts that outlive the device.
+    pub fn into_parts(self) -> Kept {
+        Kept {
+            window: self.window,
+            interface: self.interface.for_new_context(),
+            settings_store: self.settings_store,
+            adapter: self.input.accesskit,
+        }
     }
 
     /// Handles an event of the window.
@@ -184,16 +207,21 @@ impl ViewerWindow {
             }
             WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
             WindowEvent::DroppedFile(path) => {
-                match self.dropped.open(path) {
-                    Some(message) => self.interface.notify(message),
-                    None => self.interface.use_file(path),
-                }
+                self.open_file(path);
                 self.frame_pacing.schedule(Instant::now());
             }
             _ => {}
         }
         if self.input.on_window_event(&self.window, event).repaint {
             self.frame_pacing.schedule(Instant::now());
+        }
+    }
+
+    /// Opens a file in a window of its own, or takes it for the look of this one.
+    fn open_file(&mut self, path: &std::path::Path) {
+        match self.opened.open(path) {
+            Some(message) => self.interface.notify(message),
+            None => self.interface.use_file(path),
         }
     }
 
@@ -227,6 +255,9 @@ impl ViewerWindow {
             .is_some_and(|recording| recording.header.searched_nanos != u64::MAX)
         {
             self.frame_pacing.schedule(now + Duration::from_millis(250));
+        }
+        if self.file_dialog.is_open() {
+            self.frame_pacing.schedule(now + DIALOG_INTERVAL);
         }
         if self.engine_state(now) == EngineState::Silent {
             self.frame_pacing.schedule(now + Duration::from_secs(1));
@@ -291,12 +322,23 @@ impl ViewerWindow {
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }
-        let ended = [self.udp.remove_ended(), self.dropped.remove_ended()].concat();
+        has_news |= self.receive_file();
+        let ended = [self.udp.remove_ended(), self.opened.remove_ended()].concat();
         has_news |= !ended.is_empty();
         for text in ended {
             self.interface.notify(text);
         }
         has_news
+    }
+
+    /// Opens the file that was chosen in the dialog. Returns whether the dialog has answered.
+    fn receive_file(&mut self) -> bool {
+        match self.file_dialog.answer() {
+            Some(Ok(path)) => self.open_file(&path),
+            Some(Err(message)) => self.interface.notify(message),
+            None => return false,
+        }
+        true
     }
 
     /// Sets the robots that match a filter. Returns whether the filter is among those requested

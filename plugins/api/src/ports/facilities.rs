@@ -45,6 +45,12 @@ impl FacilityReader {
         self.states.take_newest()
     }
 
+    /// The sample that was taken last, with its run and tick: the states of all doors, then of all
+    /// lifts.
+    pub fn newest(&self) -> Option<(&FacilityHeader, &[FacilityState])> {
+        self.states.held()
+    }
+
     /// The states of all doors, then of all lifts, in a run, as of the sample that was taken last.
     pub fn states(&self, run_id: u64) -> &[FacilityState] {
         let held = self.states.held().filter(|(header, _)| header.run_id == run_id);

@@ -57,7 +57,7 @@ pub struct Options {
     /// In lockstep, handle each tick after this plugin has; may be repeated
     #[arg(long, value_name = "NAME", value_parser = parse_plugin_name)]
     pub after: Vec<String>,
-    /// Show warnings of shared memory (iceoryx2); twice for all of its log
+    /// Print warnings of the shared-memory library (iceoryx2); -vv for its complete log
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }

@@ -44,7 +44,7 @@ pub struct ProducerOptions {
     /// The name to go by in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
-    /// Show warnings of shared memory (iceoryx2); twice for all of its log
+    /// Print warnings of the shared-memory library (iceoryx2); -vv for its complete log
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
@@ -54,7 +54,7 @@ pub struct ProducerOptions {
 #[command(next_help_heading = "Processes")]
 pub struct LockstepOptions {
     /// Wait after each tick until these plugins have finished it, so that runs repeat bit by bit;
-    /// names have commas or spaces between them, and come after the scenario; `regatta run` takes
+    /// names are separated by commas or spaces and follow the scenario; `regatta run` takes
     /// `all` for those of the scenario
     #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
     pub names: Vec<String>,

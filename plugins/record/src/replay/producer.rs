@@ -122,7 +122,7 @@ impl<'recording> Replay<'recording> {
         Ok(())
     }
 
-    /// Publishes the state before a frame: the world, columns, contacts.
+    /// Publishes the state before a frame: the world, columns, doors, lifts, contacts.
     fn show_state_before(&mut self, session: &mut Session, frame: u64) -> Result<(), ReplayError> {
         for topic in self.recording.topics().into_iter().filter(Topic::is_state) {
             let are_contacts = matches!(topic, Topic::Contacts | Topic::ContactUpdates);
@@ -146,10 +146,10 @@ impl<'recording> Replay<'recording> {
         Ok(self.stage.take_contacts(session, contacts)?)
     }
 
-    /// Whether the state before a frame need not be read: a column of the frame itself replaces it,
-    /// or the world is the one that is shown. Only the index is read.
+    /// Whether the state before a frame need not be read: one of the frame itself replaces it, or
+    /// the world is the one that is shown. Only the index is read.
     fn is_shown(&mut self, topic: &Topic, frame: u64) -> Result<bool, ReplayError> {
-        if topic.column().is_some() {
+        if *topic != Topic::World {
             return Ok(self.recording.time_until(topic, frame)? == Some(frame));
         }
         let changes = self.stage.world_changes;

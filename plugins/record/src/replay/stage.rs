@@ -192,6 +192,10 @@ impl Stage {
             Topic::Contacts | Topic::ContactUpdates => {
                 self.contacts(session.run_id(), topic, message)?
             }
+            Topic::Facilities => {
+                let (tick, states) = decode::facilities(message)?;
+                session.ports().publish_facilities(tick, &states)?;
+            }
             Topic::ContactEvents => self.contact_events(session.run_id(), message)?,
             // Without readers, or for other programs.
             _ => {}

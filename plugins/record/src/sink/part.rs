@@ -57,7 +57,8 @@ const GROUPS: usize = 5;
 /// Returns the group of a topic.
 fn group(topic: &Topic) -> usize {
     match topic {
-        Topic::World | Topic::Events | Topic::Commands | Topic::Orders | Topic::ContactEvents => 0,
+        Topic::World | Topic::Events | Topic::Commands | Topic::Orders => 0,
+        Topic::ContactEvents | Topic::Facilities => 0,
         Topic::Frames => 1,
         Topic::Column(_) => 2,
         Topic::Contacts | Topic::ContactUpdates => 3,
@@ -219,7 +220,7 @@ const REPEAT_PERIOD: Duration = Duration::from_mins(1);
 /// damaged chunk has the only one.
 const ENOUGH: u8 = 2;
 
-/// The newest message of each topic that is worth repeating: the world and the columns. They are
+/// The newest message of each topic that is worth repeating: the world, columns, doors and lifts. They are
 /// repeated in the recording, so that neither damage nor a reader that starts in the middle misses
 /// them.
 #[derive(Default)]
@@ -241,8 +242,9 @@ impl Kept {
         for state in written.into_iter().filter(|message| message.topic.is_repeated()) {
             let topic = state.topic.clone();
             let before = self.states.get(&topic).map_or(0, |before| before.copies);
-            // A column that changes often needs no copies.
-            let copies = if topic.column().is_some() { (before + 1).min(ENOUGH) } else { 1 };
+            // What changes often needs no copies.
+            let changes_often = topic.column().is_some() || topic == Topic::Facilities;
+            let copies = if changes_often { (before + 1).min(ENOUGH) } else { 1 };
             self.states.insert(topic, State { state, written: now, copies });
         }
     }

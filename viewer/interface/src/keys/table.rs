@@ -118,6 +118,7 @@ const WINDOW: &[Shortcut] = &[
     shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
     shortcut(SHIFT, Key::Slash, Command::Help, ""),
     shortcut(NONE, Key::F1, Command::Help, ""),
+    shortcut(CTRL, Key::O, Command::Open, "open a layout, a scenario or a recording"),
     shortcut(CTRL, Key::S, Command::Picture, "save the window as a picture"),
     shortcut(NONE, Key::F11, Command::FullScreen, "full screen"),
     shortcut(CTRL, Key::Q, Command::Quit, "close the window"),

@@ -201,6 +201,26 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     let (path, text) = written.expect("a file");
     assert_eq!((path.to_str(), text.lines().count()), (Some("hot-spots.csv"), 3));
     assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
+    assert_eq!(copied(&mut harness, "copy all hot spots as a table"), text);
+    harness.state_mut().interface.settings.left = Some(LeftPanel::Fleet);
+    settle(&mut harness);
+    let robots = copied(&mut harness, "copy these robots as a table");
+    let head = "robot,activity,speed_m_s,edge,x_m,y_m,heading_deg,contact";
+    assert_eq!((robots.lines().next(), robots.lines().count()), (Some(head), 6), "{robots}");
+}
+
+/// Clicks a button, and returns the text that it copies.
+fn copied(harness: &mut Harness<'_, Fixture>, label: &str) -> String {
+    harness.get_by_label(label).click();
+    for _ in 0..4 {
+        harness.step();
+        for command in &harness.output().platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                return text.clone();
+            }
+        }
+    }
+    panic!("{label} copies nothing");
 }
 
 /// The ring lies in the layer of the picture, over which panels are drawn: so it must be cut off

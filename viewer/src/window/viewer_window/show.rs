@@ -129,6 +129,7 @@ impl ViewerWindow {
                 Action::Command(command) => self.link.command(command),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
+                Action::Open => self.file_dialog.open(&self.window),
                 Action::WritePicture => self.takes_picture = true,
                 Action::Note { time, text } => self.write_note(time, &text),
                 Action::Measure { at } => self.measure(at, pixels_per_point),

@@ -1,5 +1,5 @@
-//! Recordings, layouts and scenarios that are dropped on the window: each opens in a window of its
-//! own.
+//! Recordings, layouts and scenarios that are dropped on the window or chosen in the file dialog:
+//! each opens in a window of its own.
 
 use std::ffi::OsString;
 use std::io::Read;
@@ -12,9 +12,9 @@ use super::child::ChildProcess;
 /// The bytes of a file that tell what it is.
 const BEGINNING: u64 = 4096;
 
-/// The programs that show dropped files.
+/// The programs that show opened files.
 #[derive(Debug, Default)]
-pub struct DroppedFiles {
+pub struct OpenedFiles {
     opened: Vec<(String, ChildProcess)>,
     /// The number of fleets so far, for their names.
     fleets: u32,
@@ -30,7 +30,7 @@ enum Content {
     Look,
 }
 
-impl DroppedFiles {
+impl OpenedFiles {
     /// Opens a file. Returns a message for the user; `None` for a file that only changes the look
     /// of this window.
     pub fn open(&mut self, path: &Path) -> Option<String> {
@@ -41,14 +41,14 @@ impl DroppedFiles {
             Content::Recording => vec!["viewer".into(), file],
             Content::Plant => {
                 self.fleets += 1;
-                let fleet = format!("dropped-{}-{}", std::process::id(), self.fleets);
+                let fleet = format!("opened-{}-{}", std::process::id(), self.fleets);
                 vec!["run".into(), file, "--fleet".into(), fleet.into()]
             }
         };
-        Some(match ChildProcess::start("dropped file", args) {
+        Some(match ChildProcess::start("opened file", args) {
             Ok(process) => {
                 self.opened.push((name.clone(), process));
-                format!("{name} opens in a window of its own")
+                format!("{name} opens in a window of its own; this fleet goes on")
             }
             Err(error) => format!("can't open {name}: {error}"),
         })
