@@ -1,0 +1,90 @@
+//! The post of a vehicle: its topics, the version that it speaks, and the headers of messages to it.
+
+use std::time::SystemTime;
+
+use super::talk::Saying;
+use crate::broker::{Broker, Delivery};
+use crate::message::{
+    Action, Header, InstantActions, Message, Order, Topic, Version, encode, timestamp,
+};
+
+/// The address of a vehicle, and what was sent there.
+#[derive(Debug)]
+pub struct Post {
+    /// The first levels of its topics.
+    name: String,
+    version: Version,
+    /// The numbers of the next messages: orders, instant actions.
+    header_ids: [u32; 2],
+}
+
+impl Post {
+    /// Begins to write to a vehicle, by the first four levels of its topics.
+    pub fn new(name: &str) -> Self {
+        let is_third = name.split('/').nth(1) == Some(Version::V3_0.level());
+        let version = if is_third { Version::V3_0 } else { Version::V2_0 };
+        Self { name: name.to_owned(), version, header_ids: [0; 2] }
+    }
+
+    /// The first levels of its topics.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The version that it speaks.
+    pub fn version(&self) -> Version {
+        self.version
+    }
+
+    /// Learns the version from a header of the vehicle. One that isn't known is left out: the level
+    /// of its topics has the major version.
+    pub fn learn(&mut self, header: &Header) {
+        let minor = header.version.rsplit_once('.').map_or("", |(minor, _)| minor);
+        let told: Option<Version> = minor.parse().ok();
+        if let Some(version) = told.filter(|version| version.level() == self.version.level()) {
+            self.version = version;
+        }
+    }
+
+    /// Sends an order or an action.
+    pub fn send(&mut self, saying: Saying, broker: &Broker, link: usize) {
+        match saying {
+            Saying::Order(order) => self.send_order(order, broker, link),
+            Saying::Instant(action) => self.send_action(action, broker, link),
+        }
+    }
+
+    fn send_order(&mut self, order: Order, broker: &Broker, link: usize) {
+        let header = self.header(0);
+        self.publish(Order { header, ..order }, broker, link);
+    }
+
+    fn send_action(&mut self, action: Action, broker: &Broker, link: usize) {
+        let header = self.header(1);
+        self.publish(InstantActions { header, actions: vec![action] }, broker, link);
+    }
+
+    fn publish<M: Message>(&self, mut message: M, broker: &Broker, link: usize) {
+        message.adapt(self.version);
+        let topic = format!("{}/{}", self.name, topic_name::<M>());
+        broker.publish(link, &topic, encode(&message, self.version), Delivery::Now);
+    }
+
+    fn header(&mut self, kind: usize) -> Header {
+        let header_id = self.header_ids[kind];
+        self.header_ids[kind] = header_id.wrapping_add(1);
+        let mut levels = self.name.split('/').skip(2);
+        Header {
+            header_id,
+            timestamp: timestamp(SystemTime::now()),
+            version: self.version.number().to_owned(),
+            manufacturer: levels.next().unwrap_or_default().to_owned(),
+            serial_number: levels.next().unwrap_or_default().to_owned(),
+        }
+    }
+}
+
+fn topic_name<M: Message>() -> &'static str {
+    let topic: Topic = M::TOPIC;
+    topic.name()
+}
