@@ -40,6 +40,8 @@ pub enum Command {
     /// Run a scenario: the engine, its plugins and the viewer (without a scenario, a built-in
     /// demo).
     Run(run::RunArgs),
+    /// Steer vehicles of VDA 5050 that others have on an MQTT broker, by the fleet manager.
+    Master(Box<run::master::MasterArgs>),
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
     /// Run one of the built-in plugins, in this process.

@@ -138,8 +138,8 @@ impl Course {
         }
         let found = self.ahead.iter().skip(released).position(|step| step.leg == leg);
         let Some(found) = found else {
-            let is_there = self.leg == leg
-                || self.ahead.iter().take(released).any(|step| step.leg == leg);
+            let is_there =
+                self.leg == leg || self.ahead.iter().take(released).any(|step| step.leg == leg);
             let id = roads.edge(leg).number;
             return if is_there { Ok(()) } else { Err(Refused { reason: Refusal::NotAhead, id }) };
         };

@@ -10,8 +10,7 @@ use crate::broker::BrokerUrl;
 use crate::message::Topic;
 
 /// The topics that a master listens to.
-const HEARD: [Topic; 4] =
-    [Topic::Connection, Topic::State, Topic::Visualization, Topic::Factsheet];
+const HEARD: [Topic; 4] = [Topic::Connection, Topic::State, Topic::Visualization, Topic::Factsheet];
 
 /// The vehicles of a master, and how it watches them.
 #[derive(Args, Clone, Debug)]
@@ -59,9 +58,9 @@ pub struct VehiclesOptions {
 fn filter(text: &str) -> Result<String, String> {
     let levels: Vec<&str> = text.split('/').collect();
     let is_filter = levels.len() == 4
-        && levels.iter().all(|level| {
-            !level.is_empty() && (*level == "+" || !level.contains(['+', '#', '$']))
-        });
+        && levels
+            .iter()
+            .all(|level| !level.is_empty() && (*level == "+" || !level.contains(['+', '#', '$'])));
     is_filter.then(|| text.to_owned()).ok_or_else(|| {
         "give four levels of topics, for example uagv/v2/+/+ or uagv/v2/KIT/0001".to_owned()
     })
@@ -86,9 +85,7 @@ impl MasterOptions {
     /// The topics to listen to.
     pub(super) fn topics(&self) -> Vec<String> {
         let filters = self.vehicles.iter();
-        filters
-            .flat_map(|filter| HEARD.map(|topic| format!("{filter}/{}", topic.name())))
-            .collect()
+        filters.flat_map(|filter| HEARD.map(|topic| format!("{filter}/{}", topic.name()))).collect()
     }
 
     /// Converts the options to command-line arguments for a child process.

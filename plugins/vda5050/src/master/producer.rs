@@ -177,7 +177,8 @@ impl Master {
             return Ok(());
         }
         let charges = self.vehicles.iter().map(|(_, vehicle)| vehicle.charge());
-        let charges: Vec<f32> = charges.map(|charge| charge.map_or(f32::NAN, |it| it as f32)).collect();
+        let charges: Vec<f32> =
+            charges.map(|charge| charge.map_or(f32::NAN, |it| it as f32)).collect();
         let published = session.ports().publish_column(BATTERY.name(), tick, &charges);
         Ok(session.unless_full(published)?)
     }

@@ -157,15 +157,17 @@ impl Path {
     fn of(curves: &[CurveRecord], origin: [f64; 2], length: f64) -> Self {
         let mut points = Vec::new();
         for curve in curves {
-            let control = curve.control_points.map(|[x, y]| {
-                [origin[0] + f64::from(x), origin[1] + f64::from(y)]
-            });
+            let control = curve
+                .control_points
+                .map(|[x, y]| [origin[0] + f64::from(x), origin[1] + f64::from(y)]);
             let lines = (distance(control[0], control[3]) / STEP).clamp(FEWEST_LINES, MOST_LINES);
             let lines = lines.ceil() as u32;
             if points.is_empty() {
                 points.push(control[0]);
             }
-            points.extend((1..=lines).map(|line| bezier(&control, f64::from(line) / f64::from(lines))));
+            points.extend(
+                (1..=lines).map(|line| bezier(&control, f64::from(line) / f64::from(lines))),
+            );
         }
         let mut metres = vec![0.0];
         for ends in points.windows(2) {

@@ -358,8 +358,8 @@ impl Told {
             let found = error.error_references.iter().find(|it| it.reference_key == key);
             found.map(|reference| reference.reference_value.as_str())
         };
-        let is_update = value("orderUpdateId")
-            .is_none_or(|update| update == self.part.update_id.to_string());
+        let is_update =
+            value("orderUpdateId").is_none_or(|update| update == self.part.update_id.to_string());
         let is_order = value("orderId").map_or_else(
             || REJECTIONS.contains(&error.error_type.as_str()) && self.tries == 1,
             |order| order == self.part.order_id,

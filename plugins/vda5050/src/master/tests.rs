@@ -16,8 +16,7 @@ pub(super) fn line(nodes: u32) -> (WorldData, Vec<String>) {
     for origin in 0..nodes - 1 {
         let destination = origin + 1;
         let (length, speed, id) = (5.0, 1.0, 10 + origin);
-        let edge =
-            EdgeRecord { id, origin, destination, length, speed, ..EdgeRecord::default() };
+        let edge = EdgeRecord { id, origin, destination, length, speed, ..EdgeRecord::default() };
         let ends = [origin, destination].map(|node| [5.0 * node as f32, 0.0]);
         world.add_edge(edge, [CurveRecord::straight(ends[0], ends[1])]);
     }

@@ -37,7 +37,10 @@ impl Trouble {
     pub const fn is_loose(&self) -> bool {
         matches!(
             self,
-            Self::Operated(_) | Self::Unlocalized | Self::OffRoads | Self::Astray(_)
+            Self::Operated(_)
+                | Self::Unlocalized
+                | Self::OffRoads
+                | Self::Astray(_)
                 | Self::TooLarge(_)
         )
     }
@@ -64,7 +67,9 @@ impl Trouble {
         let mut errors = state.errors.iter();
         if let Some(error) = errors.find(|error| error.error_level >= ErrorLevel::Critical) {
             let text = error.error_description.as_deref().unwrap_or_default();
-            return Some(Self::Failed(format!("{} {text}", error.error_type).trim_end().to_owned()));
+            return Some(Self::Failed(
+                format!("{} {text}", error.error_type).trim_end().to_owned(),
+            ));
         }
         let is_lost = state.mobile_robot_position.as_ref().is_some_and(|it| !it.localized);
         is_lost.then_some(Self::Unlocalized)
