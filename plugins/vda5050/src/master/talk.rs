@@ -92,7 +92,8 @@ struct Told {
 /// A request to cancel the order.
 #[derive(Debug)]
 struct Cancel {
-    action: Action,
+    /// The ids of the actions that asked for it: each time another one.
+    ids: Vec<String>,
     after: After,
     sent: f64,
 }
@@ -169,9 +170,7 @@ impl Talk {
             cancel.after = if after == After::End { after } else { cancel.after };
             return;
         }
-        let id = self.next_id();
-        let action = Action { blocking_type: BlockingType::None, ..action("cancelOrder", id) };
-        self.cancel = Some(Cancel { action, after, sent: f64::NEG_INFINITY });
+        self.cancel = Some(Cancel { ids: Vec::new(), after, sent: f64::NEG_INFINITY });
     }
 
     /// Takes a state.
@@ -243,8 +242,8 @@ impl Talk {
         if self.told.is_none() && self.cancel.is_none() && has_order(state) {
             self.cancel(After::GoOn);
         }
-        if let Some(cancel) = &mut self.cancel {
-            return cancel.say(now).map(Saying::Instant);
+        if self.cancel.is_some() {
+            return self.say_cancel(now).map(Saying::Instant);
         }
         if state.paused.unwrap_or(false) != wants_pause && now - self.pause_sent >= ANSWER_SECS {
             self.pause_sent = now;
@@ -264,6 +263,18 @@ impl Talk {
     pub fn instant(&mut self, kind: &str) -> Action {
         let id = self.next_id();
         Action { blocking_type: BlockingType::None, ..action(kind, id) }
+    }
+
+    fn say_cancel(&mut self, now: f64) -> Option<Action> {
+        if self.cancel.as_ref().is_none_or(|cancel| now - cancel.sent < ANSWER_SECS) {
+            return None;
+        }
+        let action = self.instant("cancelOrder");
+        if let Some(cancel) = &mut self.cancel {
+            cancel.sent = now;
+            cancel.ids.push(action.action_id.clone());
+        }
+        Some(action)
     }
 
     fn say_order(
@@ -369,22 +380,15 @@ impl Told {
 }
 
 impl Cancel {
-    fn say(&mut self, now: f64) -> Option<Action> {
-        (now - self.sent >= ANSWER_SECS).then(|| {
-            self.sent = now;
-            self.action.clone()
-        })
-    }
-
     /// Whether the vehicle has stopped, or had no order.
     fn is_done(&self, state: &State) -> bool {
-        let Some(found) = find_action(state, &self.action.action_id) else { return false };
         let has_stopped = !state.driving && state.node_states.is_empty();
-        match found.action_status {
+        let mut found = self.ids.iter().filter_map(|id| find_action(state, id));
+        found.any(|action| match action.action_status {
             ActionStatus::Failed => true,
             ActionStatus::Finished => has_stopped,
             _ => false,
-        }
+        })
     }
 }
 
