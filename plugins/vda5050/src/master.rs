@@ -151,6 +151,8 @@ impl Master {
             match incoming {
                 Incoming::Message { topic, payload, .. } => self.take_message(&topic, &payload),
                 Incoming::Connected { .. } => {
+                    let now = self.now();
+                    self.vehicles.iter_mut().for_each(|(_, vehicle)| vehicle.hear(now));
                     if self.is_connected.replace(true) != Some(true) {
                         tell!("vehicles: connected to {}", self.url);
                     }
@@ -181,7 +183,11 @@ impl Master {
         match kind {
             Topic::Connection => {
                 if let Ok(connection) = decode::<Connection>(payload) {
+                    post.learn(&connection.header);
                     vehicle.take_connection(&connection, now);
+                }
+                if !vehicle.is_known() && !vehicle.is_online() {
+                    newcomers.remove(name);
                 }
             }
             Topic::State => {
@@ -197,7 +203,9 @@ impl Master {
             }
             Topic::Factsheet => {
                 if let Ok(factsheet) = decode::<Factsheet>(payload) {
-                    vehicle.take_factsheet(&factsheet, |length, width| fits(world, length, width));
+                    vehicle.take_factsheet(&factsheet, |length, width| {
+                        find_type(world, length, width)
+                    });
                 }
             }
             Topic::Order | Topic::InstantActions => {}
@@ -283,11 +291,20 @@ impl Master {
     fn serve(&mut self) {
         let (now, limits) = (self.now(), self.options.limits());
         let closed: BTreeSet<u32> = self.closed.union(&self.around).copied().collect();
-        let Self { vehicles, broker, roads, link, events, .. } = self;
+        let Self { vehicles, newcomers, broker, roads, link, events, .. } = self;
         let Some(broker) = broker else { return };
+        // Without a broker nothing is known of them.
         let is_up = broker.is_up(*link);
+        let everyone = newcomers.values_mut().chain(vehicles.iter_mut());
+        for (post, vehicle) in everyone.filter(|_| is_up) {
+            if let Some(question) = vehicle.ask(now) {
+                post.send(question, broker, *link);
+            }
+        }
         for (robot, (post, vehicle)) in vehicles.iter_mut().enumerate() {
-            vehicle.look(limits, now);
+            if is_up {
+                vehicle.look(limits, now);
+            }
             if is_up && let Some(saying) = vehicle.say(roads, |edge| closed.contains(&edge), now) {
                 post.send(saying, broker, *link);
             }
@@ -322,11 +339,11 @@ impl Master {
     }
 }
 
-/// Whether a robot type is as large as a vehicle.
-fn fits(world: &WorldData, length: f64, width: f64) -> bool {
+/// The first robot type that is as large as a vehicle, by its index.
+fn find_type(world: &WorldData, length: f64, width: f64) -> Option<usize> {
     /// Metres by which a factsheet may be rounded.
     const ROUNDING: f64 = 0.01;
-    world.robot_types.iter().any(|kind| {
+    world.robot_types.iter().position(|kind| {
         length <= f64::from(kind.length) + ROUNDING && width <= f64::from(kind.width) + ROUNDING
     })
 }

@@ -44,11 +44,15 @@ impl Master {
             }
             CommandKind::Assign | CommandKind::Extend => self.extend(command, legs, kind),
             CommandKind::Release => self.release(command),
-            CommandKind::Cancel | CommandKind::Hold | CommandKind::Resume => {
+            CommandKind::Cancel | CommandKind::Hold | CommandKind::Resume | CommandKind::Remove => {
                 let Some((_, vehicle)) = self.vehicles.get_mut(robot as usize) else {
                     return refuse(Refusal::UnknownRobot, robot);
                 };
                 match kind {
+                    CommandKind::Remove if !vehicle.remove() => {
+                        return refuse(Refusal::NotSteerable, robot);
+                    }
+                    CommandKind::Remove => {}
                     CommandKind::Cancel => vehicle.cancel(&self.roads),
                     _ => vehicle.hold(kind == CommandKind::Hold),
                 }

@@ -48,7 +48,7 @@ pub struct VehiclesOptions {
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
     /// Frames per second
-    #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
+    #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = rate)]
     pub rate: f64,
     /// The vehicles.
     #[command(flatten)]

@@ -170,7 +170,8 @@ impl Master {
     /// Publishes the types and the charges of robots.
     fn publish_columns(&mut self, session: &mut Session) -> Result {
         let tick = session.tick();
-        let types = vec![0.0; self.vehicles.len()];
+        let types = self.vehicles.iter().map(|(_, vehicle)| vehicle.robot_type() as f32);
+        let types: Vec<f32> = types.collect();
         let published = session.ports().publish_column(TYPE.name(), tick, &types);
         session.unless_full(published)?;
         if self.world.robot_types.iter().all(|kind| kind.battery_capacity <= 0.0) {

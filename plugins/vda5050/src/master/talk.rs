@@ -141,6 +141,11 @@ impl Talk {
         (self.told, self.cancel) = (None, None);
     }
 
+    /// Whether the vehicle was told an order that it hasn't lost.
+    pub fn has_order(&self) -> bool {
+        self.told.is_some()
+    }
+
     /// Whether the vehicle is to drop its order.
     pub fn is_cancelling(&self) -> bool {
         self.cancel.is_some()

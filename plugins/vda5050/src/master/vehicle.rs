@@ -43,8 +43,11 @@ pub struct Vehicle {
     trouble: Option<Trouble>,
     /// Whether it may be elsewhere than on its way since its last trouble.
     is_loose: bool,
-    /// The size that it has, in metres, if it is too large for all robot types.
-    too_large: Option<[f64; 2]>,
+    size: Size,
+    /// Whether a command has taken it out of the fleet, until something comes from it.
+    is_removed: bool,
+    /// The time from which on it is asked for what it hasn't told.
+    ask_at: f64,
     is_held: bool,
     /// Whether the next edge of its base is closed.
     is_barred: bool,
@@ -56,6 +59,17 @@ pub struct Vehicle {
     events: Vec<EventRecord>,
     /// Lines for people.
     lines: Vec<String>,
+}
+
+/// The size of a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Size {
+    /// It hasn't told it.
+    Untold,
+    /// It is at most that of a robot type, by its index.
+    Type(usize),
+    /// It is more than those of all types: metres of length and width.
+    TooLarge([f64; 2]),
 }
 
 /// A vehicle in a frame. Positions are metres on the map of the layout's file.
@@ -87,7 +101,9 @@ impl Vehicle {
             talk: Talk::new(prefix),
             trouble: None,
             is_loose: true,
-            too_large: None,
+            size: Size::Untold,
+            is_removed: false,
+            ask_at: f64::NEG_INFINITY,
             is_held: false,
             is_barred: false,
             rests_since: None,
@@ -127,19 +143,70 @@ impl Vehicle {
         std::mem::take(&mut self.lines)
     }
 
+    /// The index of its robot type.
+    pub fn robot_type(&self) -> usize {
+        match self.size {
+            Size::Type(index) => index,
+            Size::Untold | Size::TooLarge(_) => 0,
+        }
+    }
+
+    /// Whether it is connected.
+    pub fn is_online(&self) -> bool {
+        self.connection == ConnectionState::Online
+    }
+
+    /// Takes it out of the fleet, until something comes from it. Returns whether that is possible:
+    /// whether it isn't connected.
+    pub fn remove(&mut self) -> bool {
+        self.is_removed = !self.is_online();
+        self.is_removed
+    }
+
     /// Takes a message about its connection.
     pub fn take_connection(&mut self, connection: &Connection, now: f64) {
         self.connection = connection.connection_state;
-        self.heard = now;
+        self.hear(now);
     }
 
-    /// Takes its factsheet. `fits` says whether a robot type is as large as some metres of length
-    /// and width.
-    pub fn take_factsheet(&mut self, factsheet: &Factsheet, fits: impl Fn(f64, f64) -> bool) {
+    /// Notes that it may have been heard by now, as far as the broker is there.
+    pub fn hear(&mut self, now: f64) {
+        self.heard = now;
+        if self.is_removed && self.is_online() {
+            (self.is_removed, self.course) = (false, None);
+        }
+    }
+
+    /// Takes its factsheet. `find_type` finds a robot type that is as large as some metres of
+    /// length and width.
+    pub fn take_factsheet(
+        &mut self,
+        factsheet: &Factsheet,
+        find_type: impl Fn(f64, f64) -> Option<usize>,
+    ) {
         let size = &factsheet.physical_parameters;
-        let is_told = size.length > 0.0 && size.width > 0.0;
-        self.too_large =
-            (is_told && !fits(size.length, size.width)).then_some([size.length, size.width]);
+        let (length, width) = (size.length, size.width);
+        self.size = match find_type(length, width) {
+            Some(index) => Size::Type(index),
+            None => Size::TooLarge([length, width]),
+        };
+    }
+
+    /// Returns what to ask of it that it hasn't told: its state and its factsheet.
+    pub fn ask(&mut self, now: f64) -> Option<Saying> {
+        /// The time between two questions, in seconds.
+        const PATIENCE: f64 = 10.0;
+        let question = match (self.is_known(), self.size) {
+            (false, _) => "stateRequest",
+            (true, Size::Untold) => "factsheetRequest",
+            _ => return None,
+        };
+        if !self.is_online() || now < self.ask_at {
+            return None;
+        }
+        // A vehicle may have no factsheet: it is asked for it once.
+        self.ask_at = if self.is_known() { f64::INFINITY } else { now + PATIENCE };
+        Some(Saying::Instant(self.talk.instant(question)))
     }
 
     /// Takes its position.
@@ -150,7 +217,7 @@ impl Vehicle {
         roads: &Roads,
         now: f64,
     ) {
-        self.heard = now;
+        self.hear(now);
         self.velocity = velocity;
         if position.is_some() {
             self.position = position;
@@ -162,6 +229,9 @@ impl Vehicle {
     pub fn take_state(&mut self, state: State, roads: &Roads, limits: Limits, now: f64) {
         // A vehicle that tells its state is there, whatever was told of its connection.
         self.connection = ConnectionState::Online;
+        if self.state.is_none() {
+            self.ask_at = now;
+        }
         for news in self.talk.take(&state, now) {
             self.take_news(news);
         }
@@ -198,6 +268,10 @@ impl Vehicle {
     /// Moves the robot along its course to where the vehicle is.
     fn follow(&mut self, roads: &Roads) {
         let (Some(course), Some(state)) = (&mut self.course, &self.state) else { return };
+        // What a person drives isn't on its way, even if it is near it.
+        if Trouble::of_state(state).is_some_and(|trouble| trouble.is_loose()) {
+            return;
+        }
         let Some(position) = &self.position else {
             self.off_way = 0.0;
             let told = self.talk.number(state).zip(state.distance_since_last_node);
@@ -223,7 +297,7 @@ impl Vehicle {
     fn find_place(&mut self, roads: &Roads, limits: Limits) {
         let Some(state) = &self.state else { return };
         let is_fine = Trouble::of_state(state).is_none();
-        let is_away = self.course.is_none() || self.off_way > limits.tolerance;
+        let is_away = self.off_way > limits.tolerance || self.stands_elsewhere(roads, limits);
         if !is_fine || !is_away || state.driving || self.talk.is_cancelling() {
             self.is_loose &= is_away || !is_fine;
             return;
@@ -232,6 +306,16 @@ impl Vehicle {
         self.course = Some(Course::at(leg, travelled));
         self.talk.forget();
         (self.off_way, self.is_loose) = (0.0, false);
+    }
+
+    /// Whether a vehicle without an order stands elsewhere than where its course has it.
+    fn stands_elsewhere(&self, roads: &Roads, limits: Limits) -> bool {
+        let (Some(course), Some(position)) = (&self.course, &self.position) else {
+            return self.course.is_none();
+        };
+        let (leg, travelled) = course.place();
+        let found = roads.nearest_on(leg, [position.x, position.y]).travelled;
+        !self.talk.has_order() && (found - travelled).abs() > AT_NODE.max(limits.tolerance)
     }
 
     /// The leg on which the vehicle is, and the metres from its start.
@@ -298,7 +382,7 @@ impl Vehicle {
         if let Some(trouble) = Trouble::of_state(state) {
             return Some(trouble);
         }
-        if let Some(size) = self.too_large {
+        if let Size::TooLarge(size) = self.size {
             return Some(Trouble::TooLarge(size));
         }
         if self.course.is_none() {
@@ -315,7 +399,8 @@ impl Vehicle {
 
     /// The position of a vehicle around which no robot may drive.
     pub fn loose_at(&self) -> Option<[f64; 2]> {
-        let position = self.position.as_ref().filter(|_| self.is_loose && self.is_known())?;
+        let is_loose = self.is_loose && self.is_known() && !self.is_removed;
+        let position = self.position.as_ref().filter(|_| is_loose)?;
         Some([position.x, position.y])
     }
 
@@ -385,7 +470,7 @@ impl Vehicle {
 
     /// Returns the vehicle as a row of a frame.
     pub fn row(&mut self, roads: &Roads) -> Option<Row> {
-        let state = self.state.as_ref()?;
+        let state = self.state.as_ref().filter(|_| !self.is_removed)?;
         let shown = self.robot_state(state, roads);
         let driving = matches!(shown, RobotState::Driving | RobotState::Held | RobotState::Stalled);
         let speed = self.speed(state, roads);
