@@ -16,8 +16,9 @@ use crate::failure::Failure;
 use crate::trust::TrustArgs;
 
 /// The time in seconds from a vehicle's position until an order that answers it takes effect: its
-/// position may be a fifth of a second old, and the order takes as long.
-const LATENCY_SECS: f32 = 1.0;
+/// position may be a fifth of a second old, and the manager's cycle and the way there and back take
+/// about as long.
+const LATENCY_SECS: f32 = 0.5;
 
 #[derive(Args)]
 pub struct MasterArgs {

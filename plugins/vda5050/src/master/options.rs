@@ -1,5 +1,7 @@
 //! The command line of a master's producer.
 
+use core::fmt;
+use core::str::FromStr;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -7,7 +9,7 @@ use regatta_plugin::FleetName;
 
 use super::vehicle::Limits;
 use crate::broker::BrokerUrl;
-use crate::message::Topic;
+use crate::message::{ActionParameter, Topic};
 
 /// The topics that a master listens to.
 const HEARD: [Topic; 4] = [Topic::Connection, Topic::State, Topic::Visualization, Topic::Factsheet];
@@ -30,6 +32,9 @@ pub struct MasterOptions {
     /// Name of the map, for layouts without levels
     #[arg(long, value_name = "NAME", default_value = "map")]
     pub map_id: String,
+    /// Parameter of an action, such as pick.loadType=EPAL; may be repeated
+    #[arg(long = "action-parameter", value_name = "ACTION.KEY=VALUE")]
+    pub parameters: Vec<Parameter>,
     /// Metres by which a vehicle may be off its way; then others keep away from it
     #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
     pub tolerance: f64,
@@ -53,6 +58,44 @@ pub struct VehiclesOptions {
     /// The vehicles.
     #[command(flatten)]
     pub master: MasterOptions,
+}
+
+/// A parameter of all actions of a kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    kind: String,
+    parameter: ActionParameter,
+}
+
+impl FromStr for Parameter {
+    type Err = String;
+
+    /// Reads `ACTION.KEY=VALUE`. A value that is JSON is taken as such, and others as texts.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('=').and_then(|(name, value)| {
+            let (kind, key) = name.split_once('.')?;
+            (!kind.is_empty() && !key.is_empty()).then_some((kind, key, value))
+        });
+        let (kind, key, value) =
+            parts.ok_or("give ACTION.KEY=VALUE, such as pick.loadType=EPAL")?;
+        let value = serde_json::from_str(value).unwrap_or_else(|_| value.into());
+        let parameter = ActionParameter { key: key.to_owned(), value };
+        Ok(Self { kind: kind.to_owned(), parameter })
+    }
+}
+
+impl Parameter {
+    /// The parameter, if it is one of a kind of action.
+    pub(super) fn of(&self, kind: &str) -> Option<ActionParameter> {
+        (self.kind == kind).then(|| self.parameter.clone())
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ActionParameter { key, value } = &self.parameter;
+        write!(f, "{}.{key}={value}", self.kind)
+    }
 }
 
 fn filter(text: &str) -> Result<String, String> {
@@ -82,6 +125,11 @@ impl MasterOptions {
         Limits { tolerance: self.tolerance, silence: self.silence }
     }
 
+    /// The parameters of actions of a kind.
+    pub(super) fn parameters_of(&self, kind: &str) -> Vec<ActionParameter> {
+        self.parameters.iter().filter_map(|parameter| parameter.of(kind)).collect()
+    }
+
     /// The topics to listen to.
     pub(super) fn topics(&self) -> Vec<String> {
         let filters = self.vehicles.iter();
@@ -97,6 +145,7 @@ impl MasterOptions {
         }
         args.push(format!("--vehicles={}", self.vehicles.join(",")));
         args.push(format!("--map-id={}", self.map_id));
+        args.extend(self.parameters.iter().map(|it| format!("--action-parameter={it}")));
         args.push(format!("--tolerance={}", self.tolerance));
         args.push(format!("--silence={}", self.silence));
         args.push(format!("--most-vehicles={}", self.most_vehicles));

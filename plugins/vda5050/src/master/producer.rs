@@ -138,7 +138,7 @@ impl Master {
 
     /// Takes the order log: robots at stops have something to do there.
     fn take_orders(&mut self, run_id: u64) -> Result {
-        let Self { orders, vehicles, .. } = self;
+        let Self { orders, vehicles, options, .. } = self;
         orders.take(|tick| -> Result {
             let arrived = tick.records.iter().filter(|record| {
                 tick.header.run_id == run_id && record.kind() == Some(OrderKind::Arrived)
@@ -146,7 +146,7 @@ impl Master {
             for record in arrived {
                 let action = StopAction::from_number(record.action).unwrap_or_default();
                 if let Some((_, vehicle)) = vehicles.get_mut(record.robot as usize) {
-                    vehicle.handle(action);
+                    vehicle.handle(action, |kind| options.parameters_of(kind));
                 }
             }
             Ok(())

@@ -4,7 +4,9 @@
 use super::course::Course;
 use super::orders::{Part, action};
 use super::roads::Roads;
-use crate::message::{Action, ActionState, ActionStatus, BlockingType, Error, Order, State};
+use crate::message::{
+    Action, ActionParameter, ActionState, ActionStatus, BlockingType, Error, Order, State,
+};
 
 /// The time after which a message without an answer is sent again, in seconds.
 const ANSWER_SECS: f64 = 2.0;
@@ -126,9 +128,9 @@ impl Talk {
     }
 
     /// Lets the vehicle carry out an action where it stands.
-    pub fn add_job(&mut self, kind: &str) {
+    pub fn add_job(&mut self, kind: &str, parameters: Vec<ActionParameter>) {
         let action = action(kind, self.next_id());
-        self.jobs.push(Job { action });
+        self.jobs.push(Job { action: Action { action_parameters: parameters, ..action } });
     }
 
     /// Whether the vehicle has an action to carry out where it stands.
@@ -215,6 +217,11 @@ impl Talk {
         let reason = format!("{}: {text}", error.error_type);
         self.rejection = Some((reason.clone(), now + RETRY_SECS));
         self.told = None;
+        // An action id stands for one action of one order.
+        let id = self.next_id();
+        if let Some(job) = self.jobs.first_mut() {
+            job.action.action_id = id;
+        }
         if has_order(state) {
             self.cancel(After::GoOn);
         }

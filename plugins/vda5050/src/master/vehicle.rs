@@ -9,7 +9,9 @@ use super::course::Course;
 use super::roads::Roads;
 use super::talk::{After, News, Saying, Talk};
 use super::trouble::Trouble;
-use crate::message::{Connection, ConnectionState, Factsheet, Position, State, Velocity};
+use crate::message::{
+    ActionParameter, Connection, ConnectionState, Factsheet, Position, State, Velocity,
+};
 
 /// The time after a robot has come to a charger until it begins to charge, in seconds.
 const CHARGE_AFTER: f64 = 1.0;
@@ -17,6 +19,9 @@ const CHARGE_AFTER: f64 = 1.0;
 const CHARGE_BELOW: f64 = 95.0;
 /// The distance from a node at which a vehicle that names it is there in any case, in metres.
 const AT_NODE: f64 = 0.5;
+
+/// The action that begins to charge.
+const CHARGE: &str = "startCharging";
 
 /// The limits by which vehicles are watched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -435,18 +440,24 @@ impl Vehicle {
         } else if now - *self.rests_since.get_or_insert(now) >= CHARGE_AFTER {
             // Until then it may have been sent elsewhere, or it refuses to charge.
             self.rests_since = Some(f64::INFINITY);
-            self.talk.add_job("startCharging");
+            self.talk.add_job(CHARGE, Vec::new());
         }
     }
 
-    /// Lets it carry out the action of a stop where it stands.
-    pub fn handle(&mut self, action: StopAction) {
-        match action {
-            StopAction::Pick => self.talk.add_job("pick"),
-            StopAction::Drop => self.talk.add_job("drop"),
-            StopAction::Charge => self.talk.add_job("startCharging"),
-            StopAction::None | StopAction::Park => {}
-        }
+    /// Lets it carry out the action of a stop where it stands. `parameters` has those of a kind of
+    /// action.
+    pub fn handle(
+        &mut self,
+        action: StopAction,
+        parameters: impl FnOnce(&str) -> Vec<ActionParameter>,
+    ) {
+        let kind = match action {
+            StopAction::Pick => "pick",
+            StopAction::Drop => "drop",
+            StopAction::Charge => CHARGE,
+            StopAction::None | StopAction::Park => return,
+        };
+        self.talk.add_job(kind, parameters(kind));
     }
 
     /// Holds it, or lets it go on.

@@ -1,5 +1,7 @@
 //! Vehicles in trouble: others keep away from them until they can be steered again.
 
+use regatta_plugin::order::StopAction;
+
 use super::*;
 use crate::message::{Connection, ConnectionState, Header};
 
@@ -63,6 +65,19 @@ fn a_rejected_order_is_told_and_tried_again_later() {
     assert!(again.order_id != order.order_id && nodes(&again) == nodes(&order));
     trial.tell(json!({"errors": []})).take(&again);
     assert_eq!(trial.shown(), RobotState::Driving);
+}
+
+#[test]
+fn an_action_of_a_rejected_order_gets_another_id() {
+    let mut trial = Trial::new(2);
+    trial.vehicle.handle(StopAction::Pick, |_| Vec::new());
+    let order = trial.order();
+    let error = json!([{"errorType": "orderError", "errorLevel": "WARNING", "errorReferences":
+        [{"referenceKey": "orderId", "referenceValue": order.order_id}]}]);
+    trial.tell(json!({"errors": error})).wait(10.0);
+    let again = trial.order();
+    let id = |order: &Order| order.nodes[0].actions[0].action_id.clone();
+    assert_ne!(id(&again), id(&order));
 }
 
 #[test]

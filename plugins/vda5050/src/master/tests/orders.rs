@@ -3,6 +3,7 @@
 use regatta_plugin::order::StopAction;
 
 use super::*;
+use crate::master::options::Parameter;
 
 #[test]
 fn a_base_grows_by_updates_each_after_the_one_before_was_taken() {
@@ -72,7 +73,7 @@ fn a_robot_follows_its_vehicle_and_the_next_order_begins_where_the_last_one_ende
 #[test]
 fn a_stop_is_handled_before_the_vehicle_drives_on() {
     let mut trial = Trial::new(4);
-    trial.vehicle.handle(StopAction::Pick);
+    trial.vehicle.handle(StopAction::Pick, |_| Vec::new());
     assert_eq!(trial.shown(), RobotState::Stalled);
     trial.route(&[11], 0).release(10);
     let order = trial.order();
@@ -94,7 +95,7 @@ fn a_stop_is_handled_before_the_vehicle_drives_on() {
 #[test]
 fn a_failed_action_is_told() {
     let mut trial = Trial::new(2);
-    trial.vehicle.handle(StopAction::Drop);
+    trial.vehicle.handle(StopAction::Drop, |_| Vec::new());
     let order = trial.order();
     let failed = json!([{"actionId": order.nodes[0].actions[0].action_id, "actionStatus": "FAILED",
         "resultDescription": "nothing to drop"}]);
@@ -140,4 +141,19 @@ fn an_order_of_somebody_else_is_cancelled_first() {
     trial.tell(json!({"nodeStates": [],
         "actionStates": [{"actionId": id, "actionStatus": "FINISHED"}]}));
     assert_eq!(nodes(&trial.order())[..2], [("N1", 0, true), ("N2", 2, true)]);
+}
+
+#[test]
+fn actions_have_the_parameters_of_the_command_line() {
+    let mut trial = Trial::new(2);
+    let options = ["pick.loadType=EPAL", "pick.height=0.5", "drop.loadType=box"];
+    let parameters: Vec<Parameter> = options.iter().map(|it| it.parse().expect(it)).collect();
+    let shown: Vec<String> = parameters.iter().map(ToString::to_string).collect();
+    assert_eq!(shown[..2], ["pick.loadType=\"EPAL\"", "pick.height=0.5"]);
+    let of_pick = |kind: &str| parameters.iter().filter_map(|it| it.of(kind)).collect();
+    trial.vehicle.handle(StopAction::Pick, of_pick);
+    let order = trial.order();
+    let action = &order.nodes[0].actions[0];
+    assert_eq!((action.text("loadType"), action.number("height")), (Some("EPAL"), Some(0.5)));
+    assert!("pick=1".parse::<Parameter>().is_err());
 }
