@@ -79,12 +79,16 @@ struct Master {
     start: Instant,
     /// The vehicles by robot.
     vehicles: Vec<(Post, Vehicle)>,
+    /// The number of vehicles that were ever met.
+    met: usize,
     /// Vehicles that have no robot yet, by name.
     newcomers: BTreeMap<String, (Post, Vehicle)>,
     /// The time of the last newcomer.
     newest: Option<Instant>,
     robots: FxHashMap<String, usize>,
     is_full: bool,
+    /// Vehicles that speak other versions of the standard, by name.
+    refused: BTreeSet<String>,
     /// Edges that commands have closed, and those around loose vehicles.
     closed: BTreeSet<u32>,
     around: BTreeSet<u32>,
@@ -124,10 +128,12 @@ impl Master {
             link,
             start: Instant::now(),
             vehicles: Vec::new(),
+            met: 0,
             newcomers: BTreeMap::new(),
             newest: None,
             robots: FxHashMap::default(),
             is_full: false,
+            refused: BTreeSet::new(),
             closed: BTreeSet::new(),
             around: BTreeSet::new(),
             published: BTreeSet::new(),
@@ -179,34 +185,31 @@ impl Master {
             None => newcomers.get_mut(name),
         };
         let Some((post, vehicle)) = entry else { return };
-        // What can't be read is left out: it isn't for a master to answer.
+        // A message that can't be read is left out: it isn't for a master to answer.
         match kind {
             Topic::Connection => {
-                if let Ok(connection) = decode::<Connection>(payload) {
-                    post.learn(&connection.header);
-                    vehicle.take_connection(&connection, now);
-                }
+                let Ok(connection) = decode::<Connection>(payload) else { return };
+                post.learn(&connection.header);
+                vehicle.take_connection(&connection, now);
                 if !vehicle.is_known() && !vehicle.is_online() {
                     newcomers.remove(name);
                 }
             }
             Topic::State => {
-                if let Ok(state) = decode::<State>(payload) {
-                    post.learn(&state.header);
-                    vehicle.take_state(state, roads, limits, now);
-                }
+                let Ok(state) = decode::<State>(payload) else { return };
+                post.learn(&state.header);
+                vehicle.take_state(state, roads, limits, now);
             }
             Topic::Visualization => {
-                if let Ok(Visualization { mobile_robot_position, velocity, .. }) = decode(payload) {
-                    vehicle.take_position(mobile_robot_position, velocity, roads, now);
-                }
+                let Ok(Visualization { mobile_robot_position, velocity, .. }) = decode(payload)
+                else {
+                    return;
+                };
+                vehicle.take_position(mobile_robot_position, velocity, roads, now);
             }
             Topic::Factsheet => {
-                if let Ok(factsheet) = decode::<Factsheet>(payload) {
-                    vehicle.take_factsheet(&factsheet, |length, width| {
-                        find_type(world, length, width)
-                    });
-                }
+                let Ok(factsheet) = decode::<Factsheet>(payload) else { return };
+                vehicle.take_factsheet(&factsheet, |length, width| find_type(world, length, width));
             }
             Topic::Order | Topic::InstantActions => {}
         }
@@ -221,18 +224,25 @@ impl Master {
         if self.newcomers.contains_key(name) {
             return Some(None);
         }
-        if !matches!(kind, Topic::Connection | Topic::State) {
+        if !matches!(kind, Topic::Connection | Topic::State) || self.refused.contains(name) {
             return None;
         }
-        if self.vehicles.len() + self.newcomers.len() >= self.options.most_vehicles {
+        let count = self.vehicles.len() + self.newcomers.len();
+        if count + self.refused.len() >= self.options.most_vehicles {
             if !std::mem::replace(&mut self.is_full, true) {
                 let most = self.options.most_vehicles;
                 tell!("vehicles: there are more than {most} vehicles; others are left alone");
             }
             return None;
         }
-        let prefix = format!("{}-{}", self.run, self.vehicles.len() + self.newcomers.len());
-        self.newcomers.insert(name.to_owned(), (Post::new(name), Vehicle::new(prefix)));
+        let Some(post) = Post::new(name) else {
+            tell!("vehicles: {name} is left alone: it speaks none of VDA 5050 2.0, 2.1 and 3.0");
+            self.refused.insert(name.to_owned());
+            return None;
+        };
+        let vehicle = Vehicle::new(format!("{}-{}", self.run, self.met));
+        self.met += 1;
+        self.newcomers.insert(name.to_owned(), (post, vehicle));
         self.newest = Some(Instant::now());
         Some(None)
     }

@@ -27,7 +27,7 @@ pub struct MasterOptions {
     /// First levels of the topics of the vehicles: INTERFACE/VERSION/MANUFACTURER/SERIAL, with + for
     /// any
     #[arg(long, value_name = "FILTER", value_delimiter = ',', value_parser = filter)]
-    #[arg(default_values = ["+/v2/+/+", "+/v3/+/+"])]
+    #[arg(default_value = "+/+/+/+")]
     pub vehicles: Vec<String>,
     /// Name of the map, for layouts without levels
     #[arg(long, value_name = "NAME", default_value = "map")]

@@ -19,11 +19,12 @@ pub struct Post {
 }
 
 impl Post {
-    /// Begins to write to a vehicle, by the first four levels of its topics.
-    pub fn new(name: &str) -> Self {
-        let is_third = name.split('/').nth(1) == Some(Version::V3_0.level());
-        let version = if is_third { Version::V3_0 } else { Version::V2_0 };
-        Self { name: name.to_owned(), version, header_ids: [0; 2] }
+    /// Begins to write to a vehicle, by the first four levels of its topics. `None` if the level of
+    /// the version is that of none that is known.
+    pub fn new(name: &str) -> Option<Self> {
+        let level = name.split('/').nth(1)?;
+        let version = Version::ALL.into_iter().find(|version| version.level() == level)?;
+        Some(Self { name: name.to_owned(), version, header_ids: [0; 2] })
     }
 
     /// The first levels of its topics.
