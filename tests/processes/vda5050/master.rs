@@ -1,8 +1,9 @@
 //! One side of the topics of a vehicle: it sends messages, and waits for those of the other side.
 
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Connection, Event, MqttOptions, Packet, PublishOptions, QoS};
+use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, PublishOptions, QoS};
 use serde_json::{Value, json};
 
 use crate::fleet::TIMEOUT;
@@ -10,7 +11,7 @@ use crate::fleet::TIMEOUT;
 /// The master of one vehicle, or the vehicle of a master.
 pub struct Master {
     client: Client,
-    connection: Connection,
+    messages: Receiver<Publish>,
     prefix: String,
     header_id: u32,
 }
@@ -35,7 +36,7 @@ impl Master {
         options.set_max_packet_size(1 << 24, 1 << 24);
         let (client, connection) = Client::builder(options).capacity(100).build();
         client.subscribe(format!("{prefix}/+"), QoS::AtLeastOnce).expect("a request");
-        Self { client, connection, prefix: prefix.to_owned(), header_id: 0 }
+        Self { client, messages: follow(connection), prefix: prefix.to_owned(), header_id: 0 }
     }
 
     /// Sends a message, with a header.
@@ -97,9 +98,26 @@ impl Master {
 
     /// Returns the next message, if it comes soon and is on a topic.
     fn next(&mut self, topic: &str) -> Option<Value> {
-        let event = self.connection.recv_timeout(Duration::from_millis(200));
-        let Ok(Ok(Event::Incoming(Packet::Publish(message)))) = event else { return None };
+        let message = self.messages.recv_timeout(Duration::from_millis(200)).ok()?;
         let is_on_topic = message.topic.ends_with(format!("/{topic}").as_bytes());
         is_on_topic.then(|| serde_json::from_slice(&message.payload).expect("JSON"))
     }
+}
+
+/// Keeps a connection going on a thread of its own, until its client is gone: what is sent goes out
+/// while nobody waits for an answer.
+fn follow(mut connection: Connection) -> Receiver<Publish> {
+    /// The time from a failure until the next connection.
+    const RETRY: Duration = Duration::from_millis(100);
+    let (sender, messages) = channel();
+    std::thread::spawn(move || {
+        for event in connection.iter() {
+            match event {
+                Ok(Event::Incoming(Packet::Publish(message))) => drop(sender.send(message)),
+                Ok(_) => {}
+                Err(_) => std::thread::sleep(RETRY),
+            }
+        }
+    });
+    messages
 }

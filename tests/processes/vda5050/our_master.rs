@@ -93,21 +93,23 @@ fn errors(judge: Process) -> (Value, u64) {
 }
 
 #[test]
-fn our_manager_steers_vehicles_of_two_versions_by_the_standard() {
+fn our_manager_steers_vehicles_of_three_versions_by_the_standard() {
     let Some(broker) = Broker::start("own-master") else { return };
-    let fleet = fleet("own-master", &["N3", "N1"]);
+    let fleet = fleet("own-master", &["N3", "N1", "N21"]);
     let judge = judge(&broker);
     let _vehicles = vehicles(
         &fleet,
         &broker,
-        &["--protocol", "2.0,3.0", "--action", "pick=1", "--action", "drop=1"],
+        &["--protocol", "2.0,2.1,3.0", "--action", "pick=1", "--action", "drop=1"],
     );
     let validator = fleet.plugin("validator");
     let master = OurMaster::start("own-master", &broker, &[]);
     master.order(&[["N3", "N1"], ["N1", "N3"], ["N11", "N2"]]);
     master.wait_for(3);
     let messages = master.end();
-    assert!(messages.contains("(VDA 5050 2.0.0)") && messages.contains("(VDA 5050 3.0.0)"));
+    for version in ["2.0.0", "2.1.0", "3.0.0"] {
+        assert!(messages.contains(&format!("(VDA 5050 {version})")), "{messages}");
+    }
     let (errors, judged) = errors(judge);
     assert!(errors == 0 && judged > 100, "{errors} errors in {judged} messages");
     assert!(validator.interrupt().status.success(), "vehicles have touched");
@@ -186,6 +188,37 @@ fn a_vehicle_that_rejects_or_is_driven_by_a_person_is_told_and_given_back() {
         "robot 0 (uagv/v2/KIT/7): its operating mode is Manual; the edges around it are closed",
         "robot 0 (uagv/v2/KIT/7): it can be steered again",
         "robot 0 (uagv/v2/KIT/7): its connection is broken; its way is kept free",
+    ] {
+        assert!(messages.contains(news), "{news}: {messages}");
+    }
+}
+
+#[test]
+fn vehicles_may_come_late_and_off_the_roads_and_those_of_1_1_are_told() {
+    let Some(broker) = Broker::start("own-late") else { return };
+    let mut first = Peer::connect(broker.port, "uagv/v2/KIT/1");
+    first.send("state", state(json!({})));
+    let master = OurMaster::start("own-late", &broker, &[]);
+    first.wait("instantActions", |_| true);
+    first.send("state", state(json!({})));
+    master.wait_until("idle", 1);
+
+    let mut old = Peer::connect(broker.port, "uagv/v1/KIT/2");
+    old.send("connection", json!({"connectionState": "ONLINE"}));
+    let mut late = Peer::connect(broker.port, "vda5050/v3/KIT/3");
+    let away = json!({"x": 4.0, "y": 1.7, "theta": 0.0, "mapId": "map",
+        "positionInitialized": true});
+    late.send("state", state(json!({"lastNodeId": "", "agvPosition": away})));
+    master.wait_until("broken", 1);
+    let place = json!({"x": 9.2, "y": 3.4, "theta": 0.0, "mapId": "map",
+        "positionInitialized": true});
+    late.send("state", state(json!({"lastNodeId": "N1", "agvPosition": place})));
+    master.wait_until("idle", 2);
+    let messages = master.end();
+    for news in [
+        "uagv/v1/KIT/2 is left alone: it speaks none of VDA 5050 2.0, 2.1 and 3.0",
+        "robot 1 (vda5050/v3/KIT/3): it is at no node or edge of the layout; the edges around it",
+        "robot 1 (vda5050/v3/KIT/3): it can be steered again",
     ] {
         assert!(messages.contains(news), "{news}: {messages}");
     }
