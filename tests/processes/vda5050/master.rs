@@ -1,5 +1,6 @@
 //! One side of the topics of a vehicle: it sends messages, and waits for those of the other side.
 
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -19,15 +20,12 @@ pub struct Master {
 impl Master {
     /// Connects to a broker of this machine. The prefix is that of the vehicle's topics.
     pub fn connect(port: u16, prefix: &str) -> Self {
-        Self::connect_with(
-            MqttOptions::new(format!("master-{prefix}"), ("127.0.0.1", port)),
-            prefix,
-        )
+        Self::connect_with(MqttOptions::new(client_id(), ("127.0.0.1", port)), prefix)
     }
 
     /// Connects with a user and a password.
     pub fn connect_as(port: u16, prefix: &str, user: &str, password: &str) -> Self {
-        let mut options = MqttOptions::new(format!("master-{prefix}"), ("127.0.0.1", port));
+        let mut options = MqttOptions::new(client_id(), ("127.0.0.1", port));
         options.set_credentials(user, password.to_owned());
         Self::connect_with(options, prefix)
     }
@@ -102,6 +100,12 @@ impl Master {
         let is_on_topic = message.topic.ends_with(format!("/{topic}").as_bytes());
         is_on_topic.then(|| serde_json::from_slice(&message.payload).expect("JSON"))
     }
+}
+
+/// A name that no other client of a broker has.
+fn client_id() -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    format!("peer-{}", COUNT.fetch_add(1, Ordering::Relaxed))
 }
 
 /// Keeps a connection going on a thread of its own, until its client is gone: what is sent goes out

@@ -151,7 +151,7 @@ fn state(changes: Value) -> Value {
 fn a_vehicle_that_rejects_or_is_driven_by_a_person_is_told_and_given_back() {
     let Some(broker) = Broker::start("own-faults") else { return };
     let mut vehicle = Peer::connect(broker.port, "uagv/v2/KIT/7");
-    vehicle.send("connection", json!({"connectionState": "ONLINE"}));
+    vehicle.send_kept("connection", json!({"connectionState": "ONLINE"}));
     let master = OurMaster::start("own-faults", &broker, &["--vehicles", "uagv/v2/KIT/+"]);
     vehicle.wait("instantActions", |message| message["actions"][0]["actionType"] == "stateRequest");
     vehicle.send("state", state(json!({})));
@@ -197,7 +197,7 @@ fn a_vehicle_that_rejects_or_is_driven_by_a_person_is_told_and_given_back() {
 fn vehicles_may_come_late_and_off_the_roads_and_those_of_1_1_are_told() {
     let Some(broker) = Broker::start("own-late") else { return };
     let mut first = Peer::connect(broker.port, "uagv/v2/KIT/1");
-    first.send("state", state(json!({})));
+    first.send_kept("connection", json!({"connectionState": "ONLINE"}));
     let master = OurMaster::start("own-late", &broker, &[]);
     first.wait("instantActions", |_| true);
     first.send("state", state(json!({})));
@@ -206,7 +206,7 @@ fn vehicles_may_come_late_and_off_the_roads_and_those_of_1_1_are_told() {
     let mut old = Peer::connect(broker.port, "uagv/v1/KIT/2");
     old.send("connection", json!({"connectionState": "ONLINE"}));
     let mut late = Peer::connect(broker.port, "vda5050/v3/KIT/3");
-    let away = json!({"x": 4.0, "y": 1.7, "theta": 0.0, "mapId": "map",
+    let away = json!({"x": 4.0, "y": 2.5, "theta": 0.0, "mapId": "map",
         "positionInitialized": true});
     late.send("state", state(json!({"lastNodeId": "", "agvPosition": away})));
     master.wait_until("broken", 1);
@@ -227,7 +227,7 @@ fn vehicles_may_come_late_and_off_the_roads_and_those_of_1_1_are_told() {
 #[test]
 fn plants_and_addresses_that_cannot_do_are_refused_in_a_line() {
     let square = graphs("square.yaml");
-    let doors = graphs("small/door.yaml");
+    let doors = graphs("two-levels.yaml");
     for (args, reason) in [
         (vec!["master", square.to_str().expect("a path")], "--vda5050"),
         (

@@ -27,9 +27,8 @@ impl Talk {
     pub fn take(&mut self, state: &State, now: f64) -> Vec<News> {
         let mut news = Vec::new();
         self.take_jobs(state, &mut news);
-        if self.cancel.as_ref().is_some_and(|cancel| cancel.is_done(state))
-            && let Some(cancel) = self.cancel.take()
-        {
+        let has_none = self.told.is_none() && !has_order(state) && !state.driving;
+        if let Some(cancel) = self.cancel.take_if(|cancel| has_none || cancel.is_done(state)) {
             self.told = None;
             news.push(News::Cancelled(cancel.after));
             return news;

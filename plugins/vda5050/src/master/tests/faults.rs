@@ -106,6 +106,29 @@ fn others_keep_away_from_a_vehicle_that_a_person_drives_until_it_is_given_back()
 }
 
 #[test]
+fn a_vehicle_that_was_to_stop_when_a_person_took_it_is_given_back() {
+    // Its order is gone, or it still has it.
+    for rest in [json!([]), json!([{"nodeId": "N2", "sequenceId": 2, "released": true}])] {
+        let mut trial = Trial::new(4);
+        trial.route(&[11, 12], 0).release(11);
+        let order = trial.order();
+        trial.take(&order);
+        trial.tell(json!({"operatingMode": "MANUAL", "nodeStates": rest,
+            "agvPosition": Trial::at(12.0)}));
+        // The edges around it are closed, so the manager stops it.
+        let roads = Roads::of(&line(4).0.view(1, 1), "map");
+        trial.vehicle.cancel(&roads);
+        trial.tell(json!({"operatingMode": "AUTOMATIC"}));
+        assert_eq!((trial.place().0, trial.vehicle.loose_at()), (2, None));
+        if rest != json!([]) {
+            assert_eq!(trial.instant().0, "cancelOrder", "the order leads elsewhere");
+        }
+        trial.tell(json!({"orderId": "", "nodeStates": [], "driving": false}));
+        assert_eq!(trial.shown(), RobotState::Idle);
+    }
+}
+
+#[test]
 fn a_vehicle_at_an_unknown_place_is_kept_away_from_until_it_has_one() {
     let mut trial = Trial::new(3);
     let away = json!({"x": 104.0, "y": 203.0, "theta": 0.0, "mapId": "map",

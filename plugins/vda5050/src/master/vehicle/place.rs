@@ -44,7 +44,7 @@ impl Vehicle {
         let Some(state) = &self.state else { return };
         let is_fine = Trouble::of_state(state).is_none();
         let is_away = self.off_way > limits.tolerance || self.stands_elsewhere(roads, limits);
-        if !is_fine || !is_away || state.driving || self.talk.is_cancelling() {
+        if !is_fine || !is_away || state.driving {
             self.is_loose &= is_away || !is_fine;
             return;
         }
