@@ -198,6 +198,9 @@ impl Master {
             Topic::State => {
                 let Ok(state) = decode::<State>(payload) else { return };
                 post.learn(&state.header);
+                if post.learn_spelling(&state.errors) {
+                    tell!("vehicles: {name} gets instant actions as 1.1 spells them from now on");
+                }
                 vehicle.take_state(state, roads, limits, now);
             }
             Topic::Visualization => {

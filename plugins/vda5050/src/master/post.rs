@@ -5,7 +5,8 @@ use std::time::SystemTime;
 use super::talk::Saying;
 use crate::broker::{Broker, Delivery};
 use crate::message::{
-    Action, Header, InstantActions, Message, Order, Topic, Version, encode, timestamp,
+    Action, Error, Header, InstantActions, Message, OldInstantActions, Order, Topic, Version,
+    encode, timestamp,
 };
 
 /// The address of a vehicle, and what was sent there.
@@ -14,6 +15,8 @@ pub struct Post {
     /// The first levels of its topics.
     name: String,
     version: Version,
+    /// Whether it wants instant actions as 1.1 spells them.
+    wants_old_spelling: bool,
     /// The numbers of the next messages: orders, instant actions.
     header_ids: [u32; 2],
 }
@@ -24,7 +27,7 @@ impl Post {
     pub fn new(name: &str) -> Option<Self> {
         let level = name.split('/').nth(1)?;
         let version = Version::ALL.into_iter().find(|version| version.level() == level)?;
-        Some(Self { name: name.to_owned(), version, header_ids: [0; 2] })
+        Some(Self { name: name.to_owned(), version, wants_old_spelling: false, header_ids: [0; 2] })
     }
 
     /// The first levels of its topics.
@@ -47,6 +50,17 @@ impl Post {
         }
     }
 
+    /// Learns the spelling that the vehicle wants from its errors: some that speak 2.0 take instant
+    /// actions only as 1.1 spells them. Returns whether this is new.
+    pub fn learn_spelling(&mut self, errors: &[Error]) -> bool {
+        let is_old = self.version == Version::V2_0
+            && errors.iter().any(|error| {
+                let is_of_topic = error.reference("topic") == Some(Topic::InstantActions.name());
+                is_of_topic && error.error_type == "validationError"
+            });
+        is_old && !std::mem::replace(&mut self.wants_old_spelling, true)
+    }
+
     /// Sends an order or an action.
     pub fn send(&mut self, saying: Saying, broker: &Broker, link: usize) {
         match saying {
@@ -62,7 +76,13 @@ impl Post {
 
     fn send_action(&mut self, action: Action, broker: &Broker, link: usize) {
         let header = self.header(1);
-        self.publish(InstantActions { header, actions: vec![action] }, broker, link);
+        let actions = vec![action];
+        if self.wants_old_spelling {
+            let message = OldInstantActions { header, instant_actions: actions };
+            self.publish(message, broker, link);
+        } else {
+            self.publish(InstantActions { header, actions }, broker, link);
+        }
     }
 
     fn publish<M: Message>(&self, mut message: M, broker: &Broker, link: usize) {

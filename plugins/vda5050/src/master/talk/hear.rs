@@ -2,7 +2,7 @@
 //! and of actions.
 
 use super::{After, Cancel, News, RETRY_SECS, Talk, Told, has_order};
-use crate::message::{ActionState, ActionStatus, Error, State};
+use crate::message::{ActionState, ActionStatus, Error, State, Topic};
 
 /// The types of errors about orders, in 2.x and in 3.0.
 const REJECTIONS: [&str; 14] = [
@@ -92,13 +92,13 @@ impl Told {
 
     /// Whether an error is about this order.
     fn is_rejected_by(&self, error: &Error) -> bool {
-        let value = |key: &str| {
-            let found = error.error_references.iter().find(|it| it.reference_key == key);
-            found.map(|reference| reference.reference_value.as_str())
-        };
-        let is_update =
-            value("orderUpdateId").is_none_or(|update| update == self.part.update_id.to_string());
-        let is_order = value("orderId").map_or_else(
+        if error.reference("topic").is_some_and(|topic| topic != Topic::Order.name()) {
+            return false;
+        }
+        let is_update = error
+            .reference("orderUpdateId")
+            .is_none_or(|update| update == self.part.update_id.to_string());
+        let is_order = error.reference("orderId").map_or_else(
             || REJECTIONS.contains(&error.error_type.as_str()) && self.tries == 1,
             |order| order == self.part.order_id,
         );

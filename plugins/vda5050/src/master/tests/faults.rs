@@ -3,6 +3,7 @@
 use regatta_plugin::order::StopAction;
 
 use super::*;
+use crate::master::post::Post;
 use crate::message::{Connection, ConnectionState, Header};
 
 fn connection(trial: &mut Trial, connection_state: ConnectionState) {
@@ -65,6 +66,34 @@ fn a_rejected_order_is_told_and_tried_again_later() {
     assert!(again.order_id != order.order_id && nodes(&again) == nodes(&order));
     trial.tell(json!({"errors": []})).take(&again);
     assert_eq!(trial.shown(), RobotState::Driving);
+}
+
+#[test]
+fn an_error_about_an_instant_action_rejects_no_order() {
+    let mut trial = Trial::new(4);
+    trial.route(&[11], 0).release(10);
+    let order = trial.order();
+    let error = json!([{"errorType": "validationError", "errorLevel": "WARNING", "errorReferences":
+        [{"referenceKey": "topic", "referenceValue": "instantActions"}]}]);
+    trial.tell(json!({"errors": error}));
+    assert_eq!(trial.shown(), RobotState::Driving);
+    trial.take(&order);
+    assert_eq!((trial.shown(), trial.vehicle.take_lines()), (RobotState::Driving, Vec::new()));
+}
+
+#[test]
+fn the_spelling_of_instant_actions_is_learned_from_errors_of_2_0() {
+    let error = |topic: &str| {
+        let state = json!({"errorType": "validationError", "errorLevel": "WARNING",
+            "errorReferences": [{"referenceKey": "topic", "referenceValue": topic}]});
+        [serde_json::from_value(state).expect("an error")]
+    };
+    let mut post = Post::new("uagv/v2/KIT/1").expect("a version");
+    assert!(!post.learn_spelling(&error("order")) && post.learn_spelling(&error("instantActions")));
+    assert!(!post.learn_spelling(&error("instantActions")), "it is known");
+    let mut third = Post::new("vda5050/v3/KIT/1").expect("a version");
+    assert!(!third.learn_spelling(&error("instantActions")));
+    assert!(Post::new("uagv/v1/KIT/1").is_none(), "1.1 isn't spoken");
 }
 
 #[test]
