@@ -100,7 +100,7 @@ impl Master {
     fn release(&mut self, command: &CommandRecord) -> Result<(), Refused> {
         let leg = self.roads.leg(command.id, command.reverse != 0);
         let leg = leg.ok_or(Refused { reason: Refusal::UnknownEdge, id: command.id })?;
-        if !(command.s >= 0.0) {
+        if command.s.is_nan() || command.s < 0.0 {
             return refuse(Refusal::DistanceOutOfRange, command.id);
         }
         let Some((_, vehicle)) = self.vehicles.get_mut(command.robot as usize) else {

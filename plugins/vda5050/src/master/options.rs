@@ -49,15 +49,15 @@ pub struct MasterOptions {
 /// The fleet in which the vehicles are published.
 #[derive(Args, Clone, Debug)]
 pub struct VehiclesOptions {
+    /// The vehicles.
+    #[command(flatten)]
+    pub master: MasterOptions,
     /// Name of the fleet
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
     /// Frames per second
     #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = rate)]
     pub rate: f64,
-    /// The vehicles.
-    #[command(flatten)]
-    pub master: MasterOptions,
 }
 
 /// A parameter of all actions of a kind.
