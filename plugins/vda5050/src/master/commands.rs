@@ -84,13 +84,10 @@ impl Master {
         let Some((_, vehicle)) = self.vehicles.get_mut(command.robot as usize) else {
             return refuse(Refusal::UnknownRobot, command.robot);
         };
-        // What a vehicle has in its base can't be taken back at once.
-        let has_base = |course: &super::course::Course| {
-            course.ahead().front().is_some_and(|step| step.released)
-        };
         match vehicle.course_mut() {
             None => refuse(Refusal::NotConnected, command.robot),
-            Some(course) if kind == CommandKind::Assign && has_base(course) => {
+            // What a vehicle has in its base can't be taken back at once.
+            Some(course) if kind == CommandKind::Assign && course.has_base_ahead() => {
                 refuse(Refusal::NotSteerable, command.robot)
             }
             Some(course) => course.extend(&legs, &self.roads),

@@ -93,6 +93,11 @@ impl Course {
         self.base_end(roads) > self.first(roads)
     }
 
+    /// Whether a leg ahead is released.
+    pub fn has_base_ahead(&self) -> bool {
+        self.released() > 0
+    }
+
     /// The number of released legs ahead.
     fn released(&self) -> usize {
         self.ahead.iter().take_while(|step| step.released).count()
