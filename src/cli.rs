@@ -39,7 +39,9 @@ pub struct Cli {
 pub enum Command {
     /// Run a scenario: the engine, its plugins and the viewer (without a scenario, a built-in
     /// demo).
-    Run(run::RunArgs),
+    Run(Box<run::RunArgs>),
+    /// Steer vehicles of VDA 5050 that others have on an MQTT broker, by the fleet manager.
+    Master(Box<run::master::MasterArgs>),
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
     /// Run one of the built-in plugins, in this process.
@@ -180,7 +182,7 @@ pub enum Command {
 
 impl Default for Command {
     fn default() -> Self {
-        Self::Run(run::RunArgs::default())
+        Self::Run(Box::default())
     }
 }
 

@@ -59,7 +59,8 @@ fn main() -> ExitCode {
 
 fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
     match cli.command.unwrap_or_default() {
-        Command::Run(args) => return run::run(args),
+        Command::Run(args) => return run::run(*args),
+        Command::Master(args) => return run::master::run(*args),
         Command::Engine(args) => engine::run(args)?,
         Command::Plugin(args) => plugin::run(args)?,
         #[cfg(feature = "viewer")]

@@ -1,6 +1,7 @@
 //! `regatta run`: runs a scenario as a set of child processes, or in this one.
 
 mod in_process;
+pub mod master;
 mod window;
 
 use std::fs::File;
@@ -69,6 +70,9 @@ pub struct RunArgs {
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1)]
     #[arg(require_equals = true, conflicts_with_all = ["in_process", "unmanaged"])]
     vda5050: Option<Option<BrokerUrl>>,
+    /// The vehicles that are steered, in the place of an engine's robots.
+    #[arg(skip)]
+    vehicles: Option<master::Vehicles>,
     #[command(flatten)]
     trust: TrustArgs,
     #[command(flatten)]
@@ -95,6 +99,9 @@ pub struct RunArgs {
 pub fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     let (mut scenario, input) = read_scenario(&args)?;
     require_trust(&scenario, &args)?;
+    if let Some(vehicles) = &args.vehicles {
+        vehicles.prepare(&mut scenario);
+    }
     if let Some(broker) = &args.vda5050 {
         let broker = broker.as_ref().map(BrokerUrl::to_text);
         steer_by_vda5050(&mut scenario, broker)?;
@@ -252,7 +259,9 @@ impl<'a> LoadFile<'a> {
             require_manager(scenario)?;
             return Ok(Some(Self::Copy(copy_of(&load)?)));
         }
-        let load = scenario.source.has(LOAD).then(|| Self::new(args, scenario));
+        let is_carried = args.vehicles.as_ref().is_none_or(|it| it.carries_load(scenario));
+        let has_load = is_carried && scenario.source.has(LOAD);
+        let load = has_load.then(|| Self::new(args, scenario));
         Ok(load.transpose()?)
     }
 
@@ -277,10 +286,10 @@ impl<'a> LoadFile<'a> {
 impl RunArgs {
     /// The simulated time of the warm-up. A master of VDA 5050 can't take part in one.
     fn warm_up(&self, scenario: &Scenario) -> Duration {
-        match self.vda5050 {
-            Some(_) => Duration::ZERO,
-            None => self.options.warm_up(scenario),
+        if self.vda5050.is_some() || self.vehicles.is_some() {
+            return Duration::ZERO;
         }
+        self.options.warm_up(scenario)
     }
 
     fn demo(&self) -> Demo {
@@ -304,6 +313,12 @@ fn print_summary(scenario: &Scenario, args: &RunArgs) {
         let fleet = fleet.as_str();
         let summary = json!({"fleet": fleet, "robots": robots, "edges": edges, "rate_hz": rate_hz});
         println!("{summary}");
+    } else if let Some(vehicles) = &args.vehicles {
+        println!(
+            "fleet '{fleet}': vehicles {} on {}; Ctrl-C stops",
+            vehicles.in_words(),
+            with_plural(edges, "edge")
+        );
     } else {
         println!(
             "fleet '{fleet}': {} on {}, {rate_hz} ticks a second; Ctrl-C stops",
@@ -413,6 +428,12 @@ fn this_program() -> Result<Command, Failure> {
 
 fn engine_command(args: &RunArgs) -> Result<Command, Failure> {
     let mut command = this_program()?;
+    if let Some(vehicles) = &args.vehicles {
+        let (fleet, layout) = (&args.options.fleet, &args.options.layout);
+        command.args(["vda5050", "vehicles"]).args(&args.scenario);
+        command.args(vehicles.to_args(fleet, layout));
+        return Ok(command);
+    }
     command.arg("engine").args(&args.scenario).args(args.options.to_args());
     if args.scenario.is_none() && args.demo() == Demo::Managed {
         command.arg("--managed-demo");

@@ -1,6 +1,8 @@
-//! `regatta vda5050 check`: judges the traffic of an MQTT broker by the standard VDA 5050.
+//! `regatta vda5050`: judges the traffic of an MQTT broker by the standard VDA 5050, and shows the
+//! vehicles there as a fleet.
 
 pub mod live;
+pub mod vehicles;
 
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader};
@@ -13,6 +15,7 @@ use regatta_vda5050::judge::traffic::Recording;
 use regatta_vda5050::judge::{Finding, Judge, Protocol, Report, Strictness};
 
 use self::live::LiveArgs;
+use self::vehicles::VehiclesArgs;
 use crate::failure::{Failure, plugin_failure};
 use crate::output::{Force, STANDARD_STREAM, check_file, show, write_file};
 
@@ -25,6 +28,9 @@ pub enum Vda5050Command {
     /// List the breaches of the standard by master and vehicles, on a broker or in a recording;
     /// exit code 0 if there are no errors
     Check(Box<CheckArgs>),
+    /// Publish the vehicles that others have on a broker as a fleet, for a fleet manager to steer
+    /// and for all readers; regatta master starts both
+    Vehicles(Box<VehiclesArgs>),
 }
 
 /// Options of `regatta vda5050 check`.
@@ -57,8 +63,10 @@ pub struct CheckArgs {
 
 /// Runs `regatta vda5050`.
 pub fn run(command: &Vda5050Command) -> Result<ExitCode, Failure> {
-    let Vda5050Command::Check(args) = command;
-    check(args)
+    match command {
+        Vda5050Command::Check(args) => check(args),
+        Vda5050Command::Vehicles(args) => vehicles::run(args).map(|()| ExitCode::SUCCESS),
+    }
 }
 
 fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {

@@ -20,7 +20,7 @@ use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary, WarmUp};
-pub use population::world;
+pub use population::{scenario_world, world};
 use regatta_motion::Isa;
 use regatta_motion::Tracks;
 use regatta_scenario::{MAX_ROBOTS, Scenario};

@@ -1,6 +1,7 @@
 //! `regatta plugin vda5050` on a real engine and a real broker (Mosquitto).
 
 pub mod master;
+mod our_master;
 
 use std::io::Write;
 use std::net::TcpListener;

@@ -6,6 +6,7 @@ use regatta_layout::{
     Cabin, CubicBezier, Edge, EdgeIndex, Lift, Node, Orientation, Role, RouteGraph, Tags, Zone,
     ZoneRule,
 };
+use regatta_motion::Tracks;
 use regatta_plugin::PublishError;
 use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::event::Refusal;
@@ -18,6 +19,7 @@ use regatta_scenario::{RobotType, Shape, Start};
 
 use super::standing::StandingPlaces;
 use super::{EngineError, Scenario, Simulation};
+use crate::arc_length;
 use crate::fleet::{Placement, RouteSource};
 
 impl Simulation {
@@ -103,10 +105,7 @@ impl Simulation {
 
     /// Publishes the graph and the robot types.
     pub(super) fn publish_world(&mut self, session: &mut Session) -> Result<(), EngineError> {
-        let lengths = (0..).map(|index| self.tracks.edge_length(EdgeIndex(index)) as f32);
-        let mut world = world_of(&self.scenario.graph, lengths);
-        world.robot_types = self.scenario.robot_types.iter().map(robot_type_record).collect();
-        session.ports().publish_world(&world)?;
+        session.ports().publish_world(&typed_world(&self.scenario, &self.tracks))?;
         Ok(())
     }
 
@@ -158,6 +157,18 @@ fn is_at_lift(graph: &RouteGraph, place: Placement) -> bool {
 /// edges.
 pub fn world(graph: &RouteGraph) -> WorldData {
     world_of(graph, std::iter::repeat(0.0))
+}
+
+/// Returns the world of a scenario, as an engine publishes it.
+pub fn scenario_world(scenario: &Scenario) -> WorldData {
+    typed_world(scenario, &arc_length::compile(&scenario.graph))
+}
+
+fn typed_world(scenario: &Scenario, tracks: &Tracks) -> WorldData {
+    let lengths = (0..).map(|index| tracks.edge_length(EdgeIndex(index)) as f32);
+    let mut world = world_of(&scenario.graph, lengths);
+    world.robot_types = scenario.robot_types.iter().map(robot_type_record).collect();
+    world
 }
 
 /// Returns a graph as a world without robot types. `lengths` are those of the edges, in metres.

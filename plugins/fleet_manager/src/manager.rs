@@ -236,8 +236,10 @@ impl Manager {
                 self.send(robot, node);
             }
         }
+        // A robot that stalls hasn't finished.
         if let Progress::Handling(until) = self.progress[robot as usize]
             && now_secs >= until
+            && self.steering.robot(robot).is_none_or(|state| !state.is_stalled)
         {
             match self.orders.handled(robot, now_secs) {
                 Some(Next::Stop(stop)) => self.send(robot, stop.node),

@@ -31,6 +31,7 @@ use crate::rehearsal::Rehearsal;
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
+use crate::traffic::BaseEnds;
 use crate::work::Work;
 use regatta_orders::{InTurn, OrderPool, OrderSettings, Places};
 
@@ -54,6 +55,12 @@ pub struct Cli {
     /// Planner that decides which way robots go
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
+    /// Release edges as a whole: for robots that stop at nodes only
+    #[arg(long)]
+    pub whole_edges: bool,
+    /// Seconds from a frame until a command that answers it takes effect
+    #[arg(long, value_name = "SECONDS", value_parser = latency)]
+    pub latency: Option<f32>,
     /// Let robots drive through each other: an upper bound for any management
     #[arg(long, hide = true)]
     pub no_conflicts: bool,
@@ -73,6 +80,24 @@ pub struct Cli {
     /// Options of every plugin.
     #[command(flatten)]
     pub options: Options,
+}
+
+fn latency(text: &str) -> Result<f32, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=60.0).contains(seconds));
+    seconds.ok_or_else(|| "give seconds, from 0 to 60".to_owned())
+}
+
+impl Cli {
+    /// The places where bases may end.
+    fn ends(&self) -> BaseEnds {
+        if self.whole_edges { BaseEnds::Nodes } else { BaseEnds::Anywhere }
+    }
+
+    /// The settings of steering, with those of the command line.
+    fn steering(&self, settings: Settings) -> Settings {
+        let latency_secs = self.latency.unwrap_or(settings.latency_secs);
+        Settings { conflicts: !self.no_conflicts, ends: self.ends(), latency_secs, ..settings }
+    }
 }
 
 /// Runs the plugin with a command line, whose first argument is the name of the program.
@@ -221,7 +246,7 @@ impl FleetManager {
             }
             None => self.planner(&roads, &orders, frame)?,
         };
-        let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
+        let settings = self.cli.steering(settings);
         let manager = Manager::new(roads, planner, settings, orders);
         self.manager = Some(manager.with_charging(charging).with_facilities(facilities));
         Ok(())
@@ -252,7 +277,8 @@ impl FleetManager {
         };
         let columns = frame.columns();
         let rehearsal = Rehearsal::new(roads, &make_orders, &columns, &types)
-            .beginning_at(frame.sim_time().as_secs_f64());
+            .beginning_at(frame.sim_time().as_secs_f64())
+            .with_ends(self.cli.ends());
         let is_there = |state: &&u8| **state != RobotState::Absent as u8;
         let robots = columns.state.iter().filter(is_there).count();
         Ok(self.cli.planner.planner(roads, robots, Some(&rehearsal)))

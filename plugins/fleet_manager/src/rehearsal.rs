@@ -18,6 +18,7 @@ use crate::manager::Manager;
 use crate::planner::PlannerKind;
 use crate::roads::{Leg, Roads};
 use crate::steering::Settings;
+use crate::traffic::BaseEnds;
 
 /// Simulated seconds of a cycle.
 const CYCLE_SECS: f64 = 0.2;
@@ -54,6 +55,8 @@ pub struct Rehearsal<'a> {
     robot_types: &'a [f32],
     /// The time at which rehearsals begin, in simulated seconds: orders come from then on.
     begin_secs: f64,
+    /// The places where bases may end.
+    ends: BaseEnds,
 }
 
 impl<'a> Rehearsal<'a> {
@@ -79,7 +82,20 @@ impl<'a> Rehearsal<'a> {
             let place = columns.s[robot].clamp(0.0, roads.edge(edge).length);
             Some(Body::on_leg(Leg::new(edge, false), place, class))
         });
-        Self { roads, orders, bodies: bodies.collect(), robot_types, begin_secs: 0.0 }
+        Self {
+            roads,
+            orders,
+            bodies: bodies.collect(),
+            robot_types,
+            begin_secs: 0.0,
+            ends: BaseEnds::default(),
+        }
+    }
+
+    /// Lets bases end at these places.
+    #[must_use]
+    pub fn with_ends(self, ends: BaseEnds) -> Self {
+        Self { ends, ..self }
     }
 
     /// Begins rehearsals at a simulated time in seconds, instead of 0.
@@ -161,6 +177,7 @@ impl<'a> Rehearsal<'a> {
         secs: f64,
         number: usize,
     ) -> Rehearsed {
+        let settings = Settings { ends: self.ends, ..settings };
         let (planner, orders) = (kind.plain(self.roads), (self.orders)(number as u64));
         let mut manager = Manager::new(Arc::clone(self.roads), planner, settings, orders);
         let mut fleet = Model { bodies: self.bodies.clone(), ..Model::default() };

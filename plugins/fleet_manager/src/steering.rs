@@ -23,7 +23,7 @@ use self::closures::Closures;
 use crate::claims::Claims;
 use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Roads};
-use crate::traffic::{Errand, Permit, Robot, RouteState, Traffic};
+use crate::traffic::{BaseEnds, Errand, Permit, Robot, RouteState, Traffic};
 
 /// A command to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +79,8 @@ pub struct Settings {
     pub admission: AdmissionSettings,
     /// Whether robots keep apart. Without it, the throughput is an upper bound for any management.
     pub conflicts: bool,
+    /// The places where bases may end.
+    pub ends: BaseEnds,
 }
 
 impl Default for Settings {
@@ -89,6 +91,7 @@ impl Default for Settings {
             stub_guard: true,
             admission: AdmissionSettings::default(),
             conflicts: true,
+            ends: BaseEnds::default(),
         }
     }
 }
@@ -287,9 +290,11 @@ impl Steering {
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`, which would borrow the planner, too.
         let Self { roads, claims, robots, closures, now, .. } = self;
-        let (closed, stub_guard) = (&closures.legs, self.settings.stub_guard);
-        self.planner
-            .plan(&Traffic { roads, claims, robots, closed, stub_guard, now: *now }, &mut plans);
+        let (closed, Settings { stub_guard, ends, .. }) = (&closures.legs, self.settings);
+        self.planner.plan(
+            &Traffic { roads, claims, robots, closed, stub_guard, ends, now: *now },
+            &mut plans,
+        );
         for (state, permit) in self.robots.iter_mut().zip(plans.take_permits()) {
             if let Some(state) = state {
                 state.permit = permit;
@@ -342,7 +347,7 @@ impl Steering {
     /// The traffic, as planners see it.
     pub fn traffic(&self) -> Traffic<'_> {
         let Self { roads, claims, robots, closures, now, .. } = self;
-        let (closed, stub_guard) = (&closures.legs, self.settings.stub_guard);
-        Traffic { roads, claims, robots, closed, stub_guard, now: *now }
+        let (closed, Settings { stub_guard, ends, .. }) = (&closures.legs, self.settings);
+        Traffic { roads, claims, robots, closed, stub_guard, ends, now: *now }
     }
 }

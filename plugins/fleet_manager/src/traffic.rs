@@ -10,6 +10,16 @@ pub use self::robot::{Blocker, Custody, Errand, Permit, Robot, RouteState, Seen}
 use crate::claims::Claims;
 use crate::roads::{Leg, Roads};
 
+/// The places where the bases of robots may end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BaseEnds {
+    /// At nodes, and within edges.
+    #[default]
+    Anywhere,
+    /// At nodes: robots drive whole edges.
+    Nodes,
+}
+
 /// The traffic of a cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Traffic<'a> {
@@ -23,6 +33,8 @@ pub struct Traffic<'a> {
     pub closed: &'a [bool],
     /// Whether a dead end is entered only while it is empty.
     pub stub_guard: bool,
+    /// The places where bases may end.
+    pub ends: BaseEnds,
     /// Simulated seconds.
     pub now: f64,
 }

@@ -18,6 +18,8 @@ use rumqttc::{PublishOptions, QoS};
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 
+use crate::message::Topic;
+
 /// The port of brokers.
 const PORT: u16 = 1883;
 /// The time after which a broker counts as gone, in seconds.
@@ -367,7 +369,7 @@ impl Task {
     fn begin(&self) {
         for topic in &self.topics {
             // The queue has room: nothing was put into it while there was no connection.
-            let _ = self.client.try_subscribe(topic.as_str(), QoS::AtMostOnce);
+            let _ = self.client.try_subscribe(topic.as_str(), quality(topic));
         }
         self.is_up.store(true, Ordering::Relaxed);
         self.tell(Incoming::Connected { link: self.link });
@@ -384,6 +386,12 @@ impl Task {
             let _ = self.sender.try_send((incoming, share));
         }
     }
+}
+
+/// The quality of service with which a topic is heard: that with which it is sent.
+fn quality(topic: &str) -> QoS {
+    let is_kept = topic.ends_with(&format!("/{}", Topic::Connection.name()));
+    if is_kept { QoS::AtLeastOnce } else { QoS::AtMostOnce }
 }
 
 #[cfg(test)]

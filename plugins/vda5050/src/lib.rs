@@ -9,12 +9,14 @@
 //! is a vehicle as the standard has it, without connections and clocks. [`map`] knows the layout by
 //! the ids of orders. The plugin puts them together. [`judge`] and [`meter`] watch anyone's
 //! traffic.
+//! [`master`] steers others' vehicles.
 
 pub mod broker;
 mod client;
 mod factsheet;
 pub mod judge;
 pub mod map;
+pub mod master;
 pub mod message;
 pub mod meter;
 mod options;

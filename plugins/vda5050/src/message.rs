@@ -30,6 +30,7 @@ mod tests;
 
 pub use action::{
     Action, ActionParameter, ActionState, ActionStatus, BlockingType, InstantActions,
+    OldInstantActions,
 };
 pub use decode::{DecodeError, decode};
 pub use encode::encode;

@@ -1,8 +1,10 @@
 //! One side of the topics of a vehicle: it sends messages, and waits for those of the other side.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Connection, Event, MqttOptions, Packet, PublishOptions, QoS};
+use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, PublishOptions, QoS};
 use serde_json::{Value, json};
 
 use crate::fleet::TIMEOUT;
@@ -10,7 +12,7 @@ use crate::fleet::TIMEOUT;
 /// The master of one vehicle, or the vehicle of a master.
 pub struct Master {
     client: Client,
-    connection: Connection,
+    messages: Receiver<Publish>,
     prefix: String,
     header_id: u32,
 }
@@ -18,15 +20,12 @@ pub struct Master {
 impl Master {
     /// Connects to a broker of this machine. The prefix is that of the vehicle's topics.
     pub fn connect(port: u16, prefix: &str) -> Self {
-        Self::connect_with(
-            MqttOptions::new(format!("master-{prefix}"), ("127.0.0.1", port)),
-            prefix,
-        )
+        Self::connect_with(MqttOptions::new(client_id(), ("127.0.0.1", port)), prefix)
     }
 
     /// Connects with a user and a password.
     pub fn connect_as(port: u16, prefix: &str, user: &str, password: &str) -> Self {
-        let mut options = MqttOptions::new(format!("master-{prefix}"), ("127.0.0.1", port));
+        let mut options = MqttOptions::new(client_id(), ("127.0.0.1", port));
         options.set_credentials(user, password.to_owned());
         Self::connect_with(options, prefix)
     }
@@ -35,7 +34,7 @@ impl Master {
         options.set_max_packet_size(1 << 24, 1 << 24);
         let (client, connection) = Client::builder(options).capacity(100).build();
         client.subscribe(format!("{prefix}/+"), QoS::AtLeastOnce).expect("a request");
-        Self { client, connection, prefix: prefix.to_owned(), header_id: 0 }
+        Self { client, messages: follow(connection), prefix: prefix.to_owned(), header_id: 0 }
     }
 
     /// Sends a message, with a header.
@@ -97,9 +96,32 @@ impl Master {
 
     /// Returns the next message, if it comes soon and is on a topic.
     fn next(&mut self, topic: &str) -> Option<Value> {
-        let event = self.connection.recv_timeout(Duration::from_millis(200));
-        let Ok(Ok(Event::Incoming(Packet::Publish(message)))) = event else { return None };
+        let message = self.messages.recv_timeout(Duration::from_millis(200)).ok()?;
         let is_on_topic = message.topic.ends_with(format!("/{topic}").as_bytes());
         is_on_topic.then(|| serde_json::from_slice(&message.payload).expect("JSON"))
     }
+}
+
+/// A name that no other client of a broker has.
+fn client_id() -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    format!("peer-{}", COUNT.fetch_add(1, Ordering::Relaxed))
+}
+
+/// Keeps a connection going on a thread of its own, until its client is gone: what is sent goes out
+/// while nobody waits for an answer.
+fn follow(mut connection: Connection) -> Receiver<Publish> {
+    /// The time from a failure until the next connection.
+    const RETRY: Duration = Duration::from_millis(100);
+    let (sender, messages) = channel();
+    std::thread::spawn(move || {
+        for event in connection.iter() {
+            match event {
+                Ok(Event::Incoming(Packet::Publish(message))) => drop(sender.send(message)),
+                Ok(_) => {}
+                Err(_) => std::thread::sleep(RETRY),
+            }
+        }
+    });
+    messages
 }

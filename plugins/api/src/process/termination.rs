@@ -114,7 +114,7 @@ impl Termination {
     fn follow(&self, _parent: i32) {}
 
     /// Whether this process [watches](Self::watch) for signals and was asked to end.
-    pub(crate) fn was_requested() -> bool {
+    pub fn was_requested() -> bool {
         REQUESTED.get().is_some_and(|requested| requested.load(Ordering::Relaxed))
     }
 

@@ -1,6 +1,6 @@
 //! Extends bases, one robot after the other.
 
-use super::{Command, Steering};
+use super::{Command, Settings, Steering};
 use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Blocker, Extension, LEAST, Robot, Traffic};
@@ -159,8 +159,8 @@ impl Steering {
         }
         // Not `self.traffic()`, which would borrow the planner, too.
         let Self { roads, claims, robots, closures, now, .. } = self;
-        let (closed, stub_guard) = (&closures.legs, self.settings.stub_guard);
-        let traffic = Traffic { roads, claims, robots, closed, stub_guard, now: *now };
+        let (closed, Settings { stub_guard, ends, .. }) = (&closures.legs, self.settings);
+        let traffic = Traffic { roads, claims, robots, closed, stub_guard, ends, now: *now };
         let other = self.planner.objection(&traffic, robot)?;
         let edge = extension.stretches.iter().find_map(|stretch| stretch.leg).map_or(0, Leg::edge);
         Some(Blocker { robot: other, edge })

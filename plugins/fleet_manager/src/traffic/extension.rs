@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use regatta_base::sweep::Span;
 
-use super::{Blocker, Traffic};
+use super::{BaseEnds, Blocker, Traffic};
 use crate::claims::Stretch;
 use crate::roads::Leg;
 
@@ -178,6 +178,10 @@ impl Traffic<'_> {
         let stops = self.roads.stops(footprint);
         let at_end =
             to >= length && (ends.next.is_none() || (ends.allows_sidings && stops.is_siding(leg)));
+        if self.ends == BaseEnds::Nodes {
+            let is_open = stops.last_open(leg, length, length, length).is_some();
+            return (at_end || (to >= length && (is_open || ends.anywhere))).then_some(length);
+        }
         // The very start of a leg counts as the end of the one before it.
         let least = if from > 0.0 { from } else { LEAST.min(length) };
         let cap = (from + wanted).max(least).min(to);
@@ -234,7 +238,8 @@ impl Traffic<'_> {
         let (mut leg, mut from, mut so_far) = (first, from + LEAST, 0.0);
         for next in horizon.iter().map(Some).chain([None]) {
             let length = self.roads.edge(leg.edge()).length;
-            if next.is_none() || stops.last_open(leg, length, from, length).is_some() {
+            let least = if self.ends == BaseEnds::Nodes { length } else { from };
+            if next.is_none() || stops.last_open(leg, length, least, length).is_some() {
                 return true;
             }
             so_far += length - from;

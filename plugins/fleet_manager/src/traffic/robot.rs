@@ -124,6 +124,8 @@ pub struct Robot {
     pub speed: f32,
     /// Whether it waits for the release of the rest of its route.
     pub(crate) awaits_release: bool,
+    /// Whether it has stopped for a while of its own.
+    pub(crate) is_stalled: bool,
     /// The robot that was in the way when its base was to be extended.
     pub blocker: Option<Blocker>,
     /// Since when it is held, broken or faulted, in simulated seconds; infinity if it isn't.
@@ -161,6 +163,7 @@ impl Robot {
             horizon: VecDeque::new(),
             speed: seen.speed,
             awaits_release: false,
+            is_stalled: false,
             blocker: None,
             waiting_since: f64::INFINITY,
             stuck_since: f64::INFINITY,
@@ -177,6 +180,7 @@ impl Robot {
     pub(crate) fn see(&mut self, seen: &Seen, now: f64) {
         self.speed = seen.speed;
         self.awaits_release = seen.state == RobotState::Waiting;
+        self.is_stalled = seen.state == RobotState::Stalled;
         let is_stuck =
             matches!(seen.state, RobotState::Held | RobotState::Broken | RobotState::Faulted);
         self.stuck_since = if is_stuck { self.stuck_since.min(now) } else { f64::INFINITY };

@@ -102,6 +102,25 @@ impl Message for InstantActions {
     }
 }
 
+/// The message with actions to be carried out at once as 1.1 spells it, and some vehicles of 2.0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct OldInstantActions {
+    /// The header.
+    #[serde(flatten)]
+    pub header: Header,
+    /// The actions.
+    pub instant_actions: Vec<Action>,
+}
+
+impl Message for OldInstantActions {
+    const TOPIC: Topic = Topic::InstantActions;
+
+    fn adapt(&mut self, version: Version) {
+        self.instant_actions.iter_mut().for_each(|action| action.adapt(version));
+    }
+}
+
 impl Action {
     /// Expresses the action as a version can.
     pub(super) fn adapt(&mut self, version: Version) {

@@ -208,6 +208,14 @@ pub struct Error {
     pub error_level: ErrorLevel,
 }
 
+impl Error {
+    /// The value of the field with a name that it is about.
+    pub fn reference(&self, key: &str) -> Option<&str> {
+        let found = self.error_references.iter().find(|it| it.reference_key == key)?;
+        Some(&found.reference_value)
+    }
+}
+
 /// A field that an error or an information is about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]

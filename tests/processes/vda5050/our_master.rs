@@ -1,0 +1,262 @@
+//! `regatta master` on a real broker (Mosquitto), with our own vehicles and with ones that a test
+//! plays.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::Command;
+
+use regatta_plugin::FleetName;
+use serde_json::{Value, json};
+
+use super::master::Master as Peer;
+use super::{Broker, fleet, vehicles};
+use crate::fleet::{Process, eventually, graphs, regatta, unique};
+
+/// The layout of these tests.
+const LAYOUT: &str = "imported/lif/ex_10_7.lif.json";
+
+/// A master, and the name of its fleet.
+struct OurMaster {
+    process: Process,
+    fleet: FleetName,
+    orders: PathBuf,
+}
+
+impl OurMaster {
+    fn start(test: &str, broker: &Broker, args: &[&str]) -> Self {
+        let fleet = unique(&format!("{test}-master"));
+        let mut command = regatta();
+        command.arg("master").arg(graphs(LAYOUT)).args(["--vda5050", &broker.url()]);
+        let process = Process::start(command.args(["--fleet", fleet.as_str()]).args(args));
+        let file = format!("{}.csv", fleet.as_str());
+        let orders = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(file);
+        Self { process, fleet, orders }
+    }
+
+    /// Runs a command about its fleet, and returns what it prints if it succeeds.
+    fn ask(&self, args: &[&str]) -> Option<String> {
+        let output =
+            regatta().args(args).args(["--fleet", self.fleet.as_str()]).output().expect("it runs");
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// Gives it transport orders, once it takes them: each from a node to another.
+    fn order(&self, ways: &[[&str; 2]]) {
+        let mut text = "name,stops\n".to_owned();
+        for (number, [from, to]) in ways.iter().enumerate() {
+            text += &format!("o{number},{from}:pick:1 {to}:drop:1\n");
+        }
+        let mut file = std::fs::File::create(&self.orders).expect("a file");
+        file.write_all(text.as_bytes()).expect("written");
+        let path = self.orders.to_str().expect("a path");
+        eventually("orders are taken", || self.ask(&["orders", "import", path]));
+    }
+
+    /// Waits until so many orders are finished.
+    fn wait_for(&self, finished: usize) {
+        eventually("orders are finished", || {
+            let list = self.ask(&["orders", "list", "--state", "finished", "--json"])?;
+            let list: Value = serde_json::from_str(&list).ok()?;
+            let count = list.as_array().map(Vec::len);
+            (count? == finished).then_some(())
+        });
+    }
+
+    /// Waits until so many robots are in a state.
+    fn wait_until(&self, state: &str, robots: u64) {
+        eventually(&format!("{robots} {state}"), || {
+            let status: Value = serde_json::from_str(&self.ask(&["status", "--json"])?).ok()?;
+            (status["robots_by_state"][state] == robots).then_some(())
+        });
+    }
+
+    /// Ends it, and returns its messages.
+    fn end(self) -> String {
+        std::fs::remove_file(&self.orders).ok();
+        let output = self.process.interrupt();
+        let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{messages}");
+        messages
+    }
+}
+
+/// Listens to a broker by `regatta vda5050 check`.
+fn judge(broker: &Broker) -> Process {
+    Process::start(regatta().args(["vda5050", "check", &broker.url(), "--json"]))
+}
+
+/// The findings of a judge that are errors.
+fn errors(judge: Process) -> (Value, u64) {
+    let output = judge.interrupt();
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    (report["errors"].clone(), report["messages"].as_u64().expect("a count"))
+}
+
+#[test]
+fn our_manager_steers_vehicles_of_three_versions_by_the_standard() {
+    let Some(broker) = Broker::start("own-master") else { return };
+    let fleet = fleet("own-master", &["N3", "N1", "N21"]);
+    let judge = judge(&broker);
+    let _vehicles = vehicles(
+        &fleet,
+        &broker,
+        &["--protocol", "2.0,2.1,3.0", "--action", "pick=1", "--action", "drop=1"],
+    );
+    let validator = fleet.plugin("validator");
+    let master = OurMaster::start("own-master", &broker, &[]);
+    master.order(&[["N3", "N1"], ["N1", "N3"], ["N11", "N2"]]);
+    master.wait_for(3);
+    let messages = master.end();
+    for version in ["2.0.0", "2.1.0", "3.0.0"] {
+        assert!(messages.contains(&format!("(VDA 5050 {version})")), "{messages}");
+    }
+    let (errors, judged) = errors(judge);
+    assert!(errors == 0 && judged > 100, "{errors} errors in {judged} messages");
+    assert!(validator.interrupt().status.success(), "vehicles have touched");
+}
+
+#[test]
+fn orders_survive_brokers_that_die() {
+    let Some(mut broker) = Broker::start("own-soak") else { return };
+    let fleet = fleet("own-soak", &["N3", "N1"]);
+    let _vehicles = vehicles(&fleet, &broker, &["--action", "pick=1", "--action", "drop=1"]);
+    let validator = fleet.plugin("validator");
+    let master = OurMaster::start("own-soak", &broker, &[]);
+    master.order(&[["N3", "N1"], ["N1", "N3"], ["N11", "N2"], ["N2", "N11"]]);
+    for finished in 1..=3 {
+        master.wait_for(finished);
+        broker.restart();
+    }
+    master.wait_for(4);
+    master.end();
+    assert!(validator.interrupt().status.success(), "vehicles have touched");
+}
+
+/// The state of a vehicle that a test plays.
+fn state(changes: Value) -> Value {
+    let mut state = json!({"orderId": "", "orderUpdateId": 0, "lastNodeId": "N3",
+        "lastNodeSequenceId": 0, "nodeStates": [], "edgeStates": [], "driving": false,
+        "actionStates": [], "batteryState": {"batteryCharge": 80.0, "charging": false},
+        "operatingMode": "AUTOMATIC", "errors": [],
+        "agvPosition": {"x": 0.0, "y": 0.0, "theta": 0.0, "mapId": "map",
+            "positionInitialized": true},
+        "safetyState": {"eStop": "NONE", "fieldViolation": false}});
+    for (key, value) in changes.as_object().expect("an object") {
+        state[key] = value.clone();
+    }
+    state
+}
+
+#[test]
+fn a_vehicle_that_rejects_or_is_driven_by_a_person_is_told_and_given_back() {
+    let Some(broker) = Broker::start("own-faults") else { return };
+    let mut vehicle = Peer::connect(broker.port, "uagv/v2/KIT/7");
+    vehicle.send_kept("connection", json!({"connectionState": "ONLINE"}));
+    let master = OurMaster::start("own-faults", &broker, &["--vehicles", "uagv/v2/KIT/+"]);
+    vehicle.wait("instantActions", |message| message["actions"][0]["actionType"] == "stateRequest");
+    vehicle.send("state", state(json!({})));
+    master.order(&[["N11", "N1"]]);
+    let order = vehicle.wait("order", |_| true);
+    assert_eq!((&order["nodes"][0]["nodeId"], &order["orderUpdateId"]), (&json!("N3"), &json!(0)));
+
+    let references = json!([{"referenceKey": "orderId", "referenceValue": order["orderId"]}]);
+    let error = json!([{"errorType": "orderError", "errorLevel": "WARNING",
+        "errorDescription": "no way", "errorReferences": references}]);
+    vehicle.send("state", state(json!({"errors": error})));
+    master.wait_until("broken", 1);
+    let again = vehicle.wait("order", |message| message["orderId"] != order["orderId"]);
+    vehicle.send(
+        "state",
+        state(json!({"orderId": again["orderId"],
+        "nodeStates": [{"nodeId": "N11", "sequenceId": 2, "released": true}]})),
+    );
+    master.wait_until("driving", 1);
+
+    vehicle.send("state", state(json!({"operatingMode": "MANUAL"})));
+    master.wait_until("broken", 1);
+    // A person has driven it back to the last node of the layout.
+    let place = json!({"x": 9.2, "y": 3.4, "theta": 0.0, "mapId": "map",
+        "positionInitialized": true});
+    vehicle.send("state", state(json!({"lastNodeId": "N1", "agvPosition": place})));
+    let next = vehicle.wait("order", |message| message["nodes"][0]["nodeId"] == "N1");
+    assert_eq!(next["orderUpdateId"], 0);
+    vehicle.send("connection", json!({"connectionState": "CONNECTIONBROKEN"}));
+    master.wait_until("broken", 1);
+    let messages = master.end();
+    for news in [
+        "robot 0 (uagv/v2/KIT/7): it rejects its order: orderError: no way; its way is kept free",
+        "robot 0 (uagv/v2/KIT/7): its operating mode is Manual; the edges around it are closed",
+        "robot 0 (uagv/v2/KIT/7): it can be steered again",
+        "robot 0 (uagv/v2/KIT/7): its connection is broken; its way is kept free",
+    ] {
+        assert!(messages.contains(news), "{news}: {messages}");
+    }
+}
+
+#[test]
+fn vehicles_may_come_late_and_off_the_roads_and_those_of_1_1_are_told() {
+    let Some(broker) = Broker::start("own-late") else { return };
+    let mut first = Peer::connect(broker.port, "uagv/v2/KIT/1");
+    first.send_kept("connection", json!({"connectionState": "ONLINE"}));
+    let master = OurMaster::start("own-late", &broker, &[]);
+    first.wait("instantActions", |_| true);
+    first.send("state", state(json!({})));
+    master.wait_until("idle", 1);
+
+    let mut old = Peer::connect(broker.port, "uagv/v1/KIT/2");
+    old.send("connection", json!({"connectionState": "ONLINE"}));
+    let mut late = Peer::connect(broker.port, "vda5050/v3/KIT/3");
+    let away = json!({"x": 4.0, "y": 2.5, "theta": 0.0, "mapId": "map",
+        "positionInitialized": true});
+    late.send("state", state(json!({"lastNodeId": "", "agvPosition": away})));
+    master.wait_until("broken", 1);
+    let place = json!({"x": 9.2, "y": 3.4, "theta": 0.0, "mapId": "map",
+        "positionInitialized": true});
+    late.send("state", state(json!({"lastNodeId": "N1", "agvPosition": place})));
+    master.wait_until("idle", 2);
+    let messages = master.end();
+    for news in [
+        "uagv/v1/KIT/2 is left alone: it speaks none of VDA 5050 2.0, 2.1 and 3.0",
+        "robot 1 (vda5050/v3/KIT/3): it is at no node or edge of the layout; the edges around it",
+        "robot 1 (vda5050/v3/KIT/3): it can be steered again",
+    ] {
+        assert!(messages.contains(news), "{news}: {messages}");
+    }
+}
+
+#[test]
+fn plants_and_addresses_that_cannot_do_are_refused_in_a_line() {
+    let square = graphs("square.yaml");
+    let doors = graphs("two-levels.yaml");
+    for (args, reason) in [
+        (vec!["master", square.to_str().expect("a path")], "--vda5050"),
+        (
+            vec![
+                "vda5050",
+                "vehicles",
+                doors.to_str().expect("a path"),
+                "--vda5050",
+                "mqtt://127.0.0.1:1",
+            ],
+            "doors or lifts",
+        ),
+        (
+            vec![
+                "vda5050",
+                "vehicles",
+                square.to_str().expect("a path"),
+                "--vda5050",
+                "mqtt://127.0.0.1:1",
+                "--vehicles",
+                "uagv/#",
+            ],
+            "four levels of topics",
+        ),
+    ] {
+        let fleet = unique("own-refused");
+        let mut command: Command = regatta();
+        let output = command.args(&args).args(["--fleet", fleet.as_str()]).output().expect("runs");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.contains(reason), "{args:?}: {message}");
+    }
+}
