@@ -249,6 +249,8 @@ class Obstacle(IntEnum):
     """Edges that are closed."""
     NO_ROBOT = 2
     """The fleet doesn't have the only robot that may get it."""
+    BATTERY = 3
+    """No robot's full battery lasts for it."""
 
 
 class Activity(IntEnum):
