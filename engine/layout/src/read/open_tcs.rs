@@ -61,6 +61,7 @@ pub(crate) fn read<'text>(
         report,
         drawing: Drawing::default(),
         left_out: BTreeMap::new(),
+        locked: Vec::new(),
         inherited: 0,
     };
     reader.version(&mut model);
@@ -87,6 +88,8 @@ struct Reader<'r, 'text> {
     drawing: Drawing,
     /// The paths that are left out, with their byte offsets, by reason.
     left_out: BTreeMap<&'static str, Vec<(u32, String)>>,
+    /// The byte offsets and names of the locked locations.
+    locked: Vec<(u32, String)>,
     /// The number of bytes that locations have inherited from their types.
     inherited: usize,
 }
@@ -254,16 +257,23 @@ impl Reader<'_, '_> {
     /// Reports the paths that are left out, once for each reason.
     fn report_left_out(&mut self) {
         for (reason, paths) in std::mem::take(&mut self.left_out) {
-            let names = paths.iter().take(MAX_EXAMPLES).map(|(_, id)| format!("`{}`", shorten(id)));
-            let names = names.collect::<Vec<_>>().join(", ");
-            let [what, is] = if paths.len() == 1 { ["path", "is"] } else { ["paths", "are"] };
-            let more = match paths.len().saturating_sub(MAX_EXAMPLES) {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            let at = paths.first().map_or(0, |(at, _)| *at);
-            self.report.file_warning(at, format!("{what} {names}{more} {is} {reason}: left out"));
+            self.report_all("path", &paths, &format!("{reason}: left out"));
         }
+    }
+
+    /// Reports what is true of some elements of a kind, by their byte offsets and names, in one
+    /// warning.
+    fn report_all(&mut self, kind: &str, elements: &[(u32, String)], fact: &str) {
+        let Some((at, _)) = elements.first() else { return };
+        let names = elements.iter().take(MAX_EXAMPLES);
+        let names: Vec<String> = names.map(|(_, id)| format!("`{}`", shorten(id))).collect();
+        let [plural, is] = if elements.len() == 1 { ["", "is"] } else { ["s", "are"] };
+        let more = match elements.len().saturating_sub(MAX_EXAMPLES) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let names = names.join(", ");
+        self.report.file_warning(*at, format!("{kind}{plural} {names}{more} {is} {fact}"));
     }
 
     /// Returns the name-independent tags of a point or a path.

@@ -175,7 +175,10 @@ impl<'graph> ModelWriter<'graph> {
                 ("positionX", &position.x),
                 ("positionY", &position.y),
                 ("positionZ", "0"),
-                ("locked", "false"),
+                (
+                    "locked",
+                    if station.properties.get("locked").is_some() { "true" } else { "false" },
+                ),
                 ("type", type_name(station)),
             ];
             let mut properties = given(&station.properties, &["type", "operations", "locked"]);

@@ -19,6 +19,9 @@ const WORDS: [(Role, &[&str]); 4] = [
 /// much memory, once for each of their locations.
 const MAX_INHERITED: usize = 16 << 20;
 
+/// The attribute of a location to which no transport order may lead.
+const LOCKED: &str = "locked";
+
 /// The overhead of a text in bytes.
 const BYTES_PER_TEXT: usize = 64;
 
@@ -43,11 +46,15 @@ impl Reader<'_, '_> {
             .into_iter()
             .map(|element| self.location_type(element))
             .collect();
-        model
-            .take_children("location")
-            .into_iter()
-            .map(|element| self.station(element, &types, blocks))
-            .collect()
+        let locations = model.take_children("location").into_iter();
+        let stations = locations.map(|element| self.station(element, &types, blocks)).collect();
+        let locked = std::mem::take(&mut self.locked);
+        self.report_all(
+            "location",
+            &locked,
+            "locked: no role, so that no generated order goes there",
+        );
+        stations
     }
 
     fn location_type(&mut self, mut element: Element<'_>) -> (String, LocationType) {
@@ -81,10 +88,12 @@ impl Reader<'_, '_> {
         let kind = types.get(&kind_name).filter(|kind| self.inherits(kind, at));
         let (nodes, linked) = self.links(&mut element, kind);
         let mut tags = self.tags(&mut element, "a location");
-        if element.get("locked") == Some("false") {
-            element.take(&["locked"]);
-        }
+        let is_locked = matches!(element.take(&[LOCKED]).as_deref(), Some("true" | "1"));
         self.rest(element, "a location", &mut tags);
+        if is_locked {
+            tags.set(LOCKED, "true");
+            self.locked.push((at, name.clone()));
+        }
         tags.set("type", &kind_name);
         tags.set("operations", &linked.join(", "));
         tags.set(
@@ -101,7 +110,8 @@ impl Reader<'_, '_> {
         LayoutStation {
             at,
             name,
-            role: role(&linked),
+            // No transport order may lead to a locked location.
+            role: if is_locked { Role::None } else { role(&linked) },
             nodes,
             position,
             properties: tags.properties,

@@ -143,6 +143,13 @@ fn every_version_has_the_same_shapes() {
         assert!(
             messages(&findings).contains("path `Point-0013 --- Point-0014` is locked: left out")
         );
+        assert!(messages(&findings).contains("location `Location-0002` is locked: no role"));
+        let locked = graph.stations().iter().find(|station| station.name == "Location-0002");
+        let locked = locked.expect("the location");
+        assert_eq!(
+            (locked.role, locked.properties.get("locked").map(AsRef::as_ref)),
+            (Role::None, Some("true"))
+        );
         assert_eq!(node(&graph, "Point-0013").theta, FRAC_PI_2);
         assert_eq!(node(&graph, "Point-0015").role, Role::Park);
         assert_eq!(
