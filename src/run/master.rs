@@ -43,7 +43,7 @@ pub struct MasterArgs {
     #[arg(long, help_heading = "Output")]
     json: bool,
     /// Options of the fleet manager (see regatta plugin fleet-manager --help).
-    #[arg(last = true, value_name = "MANAGER OPTIONS")]
+    #[arg(last = true, value_name = "OPTIONS")]
     manager: Vec<String>,
 }
 
