@@ -174,7 +174,7 @@ fn an_order_that_no_full_battery_lasts_for_is_a_finding_with_its_reason() {
             "graph: plant.yaml\nviewer: off\nrobot_types: [{{name: a, length: 0.9, width: 0.6, \
              battery: {{capacity: {capacity_wh}, drain_moving: 100, drain_standing: 1, \
              charge_rate: 100, charge: 100}}}}]\nrobots: [{{node: 1}}]\n\
-             plugins: [{{name: fleet-manager, args: [--orders, orders.yaml]}}]\n"
+             plugins: [{{name: fleet-manager, args: [--orders, orders.yaml]}}, validator]\n"
         );
         write("scenario.yaml", &scenario);
         let args = ["run", "scenario.yaml", "--trust", "--in-process", "--simulated", "1min"];
