@@ -1,6 +1,7 @@
 //! The names of stations, doors and lifts, drawn beside them as far as there is room, and the ids
 //! of nodes and edges where the camera is near enough.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashSet};
 
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
@@ -198,11 +199,10 @@ impl Labels {
         for band in &self.0 {
             band.find(camera, offset, size, &mut near);
         }
-        // Names come before nodes, and these before edges.
-        near.sort_by(|a, b| b.1.rank().cmp(&a.1.rank()).then(a.0.total_cmp(&b.0)));
+        near.sort_by(Found::compare);
         let mut taken = HashSet::new();
         let mut visible = Vec::new();
-        for (_, label, at) in near {
+        for Found { label, at, .. } in near {
             let (cell, cells) = ((at / CELL).floor().as_ivec2(), label.cells());
             if (-1..=cells).all(|step| !taken.contains(&(cell.x + step, cell.y))) {
                 taken.extend((0..cells).map(|step| (cell.x + step, cell.y)));
@@ -216,15 +216,30 @@ impl Labels {
     }
 }
 
+/// A label in a picture.
+struct Found<'a> {
+    /// The scale from which it is drawn.
+    points_per_metre: f32,
+    /// Metres from the eye.
+    far: f32,
+    label: &'a Label,
+    /// Its place in the picture.
+    at: Vec2,
+}
+
+impl Found<'_> {
+    /// Names come before nodes, these before edges, names that are drawn from a smaller scale on
+    /// before others, and near labels before far ones.
+    fn compare(&self, other: &Self) -> Ordering {
+        (other.label.rank().cmp(&self.label.rank()))
+            .then(self.points_per_metre.total_cmp(&other.points_per_metre))
+            .then(self.far.total_cmp(&other.far))
+    }
+}
+
 impl Band {
-    /// Adds the labels in a picture, with their distances from the eye and their places there.
-    fn find<'a>(
-        &'a self,
-        camera: &Camera,
-        offset: Vec2,
-        size: Vec2,
-        found: &mut Vec<(f32, &'a Label, Vec2)>,
-    ) {
+    /// Adds the labels in a picture.
+    fn find<'a>(&'a self, camera: &Camera, offset: Vec2, size: Vec2, found: &mut Vec<Found<'a>>) {
         let Some(reach) = reach_of(self.points_per_metre, camera, size) else { return };
         let ground = ground_in_sight(camera, size, reach);
         let (west, east) = (ground.low.x - offset.x, ground.high.x - offset.x);
@@ -237,7 +252,7 @@ impl Band {
                 && at.cmpge(Vec2::ZERO).all()
                 && at.cmple(size).all()
             {
-                found.push((far, label, at));
+                found.push(Found { points_per_metre: self.points_per_metre, far, label, at });
             }
         }
     }
