@@ -177,7 +177,7 @@ impl<'graph> ModelWriter<'graph> {
                 ("positionZ", "0"),
                 (
                     "locked",
-                    if station.properties.get("locked").is_some() { "true" } else { "false" },
+                    if station.properties.contains_key("locked") { "true" } else { "false" },
                 ),
                 ("type", type_name(station)),
             ];
