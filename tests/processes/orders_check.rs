@@ -118,7 +118,7 @@ fn a_stop_that_lacks_a_way_is_a_line() {
     assert_eq!(code, Some(1), "{text}");
     for expected in [
         "line 3: stop 2: robots can't serve `Trap`, as no way leads back from it; connect it",
-        "line 4: stop 1: robots can't serve `Island`, as no way leads to it or back from it",
+        "line 4: stop 1: robots can't serve `Island`, as no way joins it with the main part",
         "orders        3, problems 2",
     ] {
         assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");

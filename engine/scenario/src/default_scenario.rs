@@ -280,7 +280,7 @@ mod tests {
             "{text}"
         );
         assert!(
-            text.contains("# Left out: station `I`, to and from which no way leads.\n"),
+            text.contains("# Left out: station `I`, which no way joins with the main part.\n"),
             "{text}"
         );
     }

@@ -185,7 +185,7 @@ fn restricted_lift(
 
 impl fmt::Display for LeftOut {
     /// Writes what is left out, and the reason: `` stations `S7`, `S8` and 2 other nodes, to which
-    /// no way leads``.
+    /// no way leads from the main part``.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { cut_off, stations, other_nodes } = self;
         if !stations.is_empty() {
@@ -204,8 +204,8 @@ impl fmt::Display for LeftOut {
         }
         f.write_str(match cut_off {
             Some(CutOff::CannotBeLeft) => ", from which no way leads back",
-            Some(CutOff::CannotBeReached) => ", to which no way leads",
-            Some(CutOff::Apart) => ", to and from which no way leads",
+            Some(CutOff::CannotBeReached) => ", to which no way leads from the main part",
+            Some(CutOff::Apart) => ", which no way joins with the main part",
             None => ", which no node serves",
         })
     }
@@ -267,8 +267,8 @@ Lifts:
             said,
             [
                 "station `S7`, from which no way leads back",
-                "station `S8` and 1 other node, to which no way leads",
-                "stations `I`, `J`, to and from which no way leads",
+                "station `S8` and 1 other node, to which no way leads from the main part",
+                "stations `I`, `J`, which no way joins with the main part",
             ]
         );
         let of_nodes: Vec<CutOff> = cut_off.into_values().collect();

@@ -18,12 +18,12 @@ pub enum CutOff {
 }
 
 impl CutOff {
-    /// Returns the missing way, in words: `no way leads to it`.
+    /// Returns the missing way, in words: `no way leads to it from the main part`.
     pub const fn missing_way(self) -> &'static str {
         match self {
             Self::CannotBeLeft => "no way leads back from it",
-            Self::CannotBeReached => "no way leads to it",
-            Self::Apart => "no way leads to it or back from it",
+            Self::CannotBeReached => "no way leads to it from the main part",
+            Self::Apart => "no way joins it with the main part",
         }
     }
 }

@@ -43,7 +43,7 @@ fn stations_that_nobody_reaches_are_left_out_by_name() {
     );
     let left_out = left_out.expect("a variant");
     assert_eq!(left_out.other_stops, None);
-    assert_eq!(left_out.left_out, ["stations `D`, `E`, to which no way leads"]);
+    assert_eq!(left_out.left_out, ["stations `D`, `E`, to which no way leads from the main part"]);
     let names: Vec<_> = left_out.graph.nodes().iter().filter_map(|node| node.name()).collect();
     assert_eq!(names, ["A", "B", "C"]);
     let error = variant("id,x,y\nA,0,0\nB,9,0\n\nfrom,to\nA,B\n").map(drop);

@@ -44,11 +44,13 @@ impl Writer<'_> {
         };
         let problem = match part.cut_off {
             CutOff::CannotBeLeft => {
-                "can't be left: robots of the main part that drive there don't come back"
+                "can't be left for the main part: robots that drive there don't come back"
             }
-            CutOff::CannotBeReached => "can't be reached: robots only start there",
+            CutOff::CannotBeReached => {
+                "can't be reached from the main part: robots only come from there"
+            }
             CutOff::Apart => {
-                "can't be reached and can't be left: no robot of the main part comes there"
+                "can't be reached from the main part nor left for it: robots only stay there"
             }
         };
         let remedy = match &part.cause {
