@@ -50,7 +50,7 @@ impl Writer<'_> {
                 "can't be reached from the main part: robots only come from there"
             }
             CutOff::Apart => {
-                "can't be reached from the main part nor left for it: robots only stay there"
+                "can't be reached from the main part nor left for it: no robot of it comes there"
             }
         };
         let remedy = match &part.cause {
