@@ -1,5 +1,5 @@
-//! Places for robots that stand and wait for commands: seeded random nodes at which edges end, where no two
-//! footprints touch and no zone holds more robots than its rule allows.
+//! Places for robots that stand and wait for commands: seeded random nodes at which edges end,
+//! where no two footprints touch and no zone holds more robots than its rule allows.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! Reads columns, commands, orders, contacts, doors and lifts. The plugin runner reads frames, the world and
-//! events.
+//! Reads columns, commands, orders, contacts, doors and lifts. The plugin runner reads frames, the
+//! world and events.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};

@@ -50,8 +50,8 @@ pub enum Kind {
     DoneTwice,
     /// An order wasn't finished for a long time.
     Unserved,
-    /// No robot can carry an order out: no way leads to its stops, its robot isn't in the fleet, or no
-    /// battery lasts for it.
+    /// No robot can carry an order out: no way leads to its stops, its robot isn't in the fleet,
+    /// or no battery lasts for it.
     Unroutable,
     /// A robot did nothing for a long time while orders waited.
     Idle,

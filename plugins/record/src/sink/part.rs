@@ -220,9 +220,9 @@ const REPEAT_PERIOD: Duration = Duration::from_mins(1);
 /// damaged chunk has the only one.
 const ENOUGH: u8 = 2;
 
-/// The newest message of each topic that is worth repeating: the world, columns, doors and lifts. They are
-/// repeated in the recording, so that neither damage nor a reader that starts in the middle misses
-/// them.
+/// The newest message of each topic that is worth repeating: the world, columns, doors and lifts.
+/// They are repeated in the recording, so that neither damage nor a reader that starts in the
+/// middle misses them.
 #[derive(Default)]
 pub(super) struct Kept {
     states: BTreeMap<Topic, State>,
@@ -242,7 +242,7 @@ impl Kept {
         for state in written.into_iter().filter(|message| message.topic.is_repeated()) {
             let topic = state.topic.clone();
             let before = self.states.get(&topic).map_or(0, |before| before.copies);
-            // What changes often needs no copies.
+            // Topics that change often need no copies.
             let changes_often = topic.column().is_some() || topic == Topic::Facilities;
             let copies = if changes_often { (before + 1).min(ENOUGH) } else { 1 };
             self.states.insert(topic, State { state, written: now, copies });

@@ -86,7 +86,7 @@ impl Master {
         };
         match vehicle.course_mut() {
             None => refuse(Refusal::NotConnected, command.robot),
-            // What a vehicle has in its base can't be taken back at once.
+            // The base that a vehicle has can't be taken back at once.
             Some(course) if kind == CommandKind::Assign && course.has_base_ahead() => {
                 refuse(Refusal::NotSteerable, command.robot)
             }

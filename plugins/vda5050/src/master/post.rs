@@ -1,4 +1,5 @@
-//! The post of a vehicle: its topics, the version that it speaks, and the headers of messages to it.
+//! The post of a vehicle: its topics, the version that it speaks, and the headers of messages to
+//! it.
 
 use std::time::SystemTime;
 

@@ -36,7 +36,7 @@ pub enum News {
     ActionFailed(String, String),
 }
 
-/// What comes after an order was cancelled.
+/// The next step after an order was cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum After {
     /// The course ends where the vehicle stops.

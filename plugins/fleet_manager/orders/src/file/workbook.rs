@@ -1,5 +1,5 @@
-//! Workbooks of Excel (Office Open XML, ECMA-376): the table of a sheet as a text of CSV, so that it
-//! is read as any other table.
+//! Workbooks of Excel (Office Open XML, ECMA-376): the table of a sheet as a text of CSV, so that
+//! it is read as any other table.
 
 use std::io::Cursor;
 
@@ -7,6 +7,8 @@ use calamine::{DataRef, ExcelDateTime, Reader, SheetType, SheetVisible, Xlsx, Xl
 
 /// The most columns that are read: those of the widest table.
 const MOST_COLUMNS: u32 = 1_000;
+/// The most cells of a table that are read, the empty ones of its rows included.
+const MOST_CELLS: usize = 20_000_000;
 const SECS_PER_DAY: f64 = 86_400.0;
 
 /// A sheet's rows from the first on, each with its cells from the first column on.
@@ -26,7 +28,7 @@ pub(super) fn csv_of(bytes: Vec<u8>) -> Result<String, String> {
     for name in sheets.collect::<Vec<_>>() {
         let rows = rows_of(&mut workbook, &name)?;
         if rows.iter().any(|row| count(row) > 0) {
-            return Ok(to_csv(rows));
+            return to_csv(&rows);
         }
     }
     Err("no sheet of the workbook has cells".to_owned())
@@ -41,7 +43,8 @@ fn count(row: &[String]) -> usize {
     row.iter().filter(|cell| !cell.is_empty()).count()
 }
 
-/// Reads the cells one by one: a sheet with a single cell far away takes no memory for those between.
+/// Reads the cells one by one: a sheet with a single cell far away takes little memory for those
+/// between.
 fn rows_of(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<Rows, String> {
     let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
     let mut rows = Rows::new();
@@ -62,18 +65,25 @@ fn rows_of(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<Rows, Str
     Ok(rows)
 }
 
-/// Writes rows of the same width, and empty lines above the table.
-fn to_csv(mut rows: Rows) -> String {
+/// Writes rows of the same width, and an empty line for each row above the table.
+fn to_csv(rows: &Rows) -> Result<String, String> {
     let header = rows.iter().position(|row| count(row) > 1);
     let header = header.or_else(|| rows.iter().position(|row| count(row) > 0)).unwrap_or(0);
-    let width = rows[header..].iter().map(Vec::len).max().unwrap_or(0);
-    let mut writer = csv::Writer::from_writer(vec![b'\n'; header]);
-    for row in &mut rows[header..] {
-        row.resize(width, String::new());
-        // Writing to memory never fails.
-        let _ = writer.write_record(row);
+    let table = &rows[header..];
+    let width = table.iter().map(Vec::len).max().unwrap_or(0);
+    if table.len() * width > MOST_CELLS {
+        return Err(format!(
+            "the table has more than {MOST_CELLS} cells up to the last one: remove cells far away, \
+             or split the file"
+        ));
     }
-    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+    let mut writer = csv::Writer::from_writer(vec![b'\n'; header]);
+    for row in table {
+        let empty = std::iter::repeat_n("", width - row.len());
+        // Writing to memory never fails.
+        let _ = writer.write_record(row.iter().map(String::as_str).chain(empty));
+    }
+    Ok(String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default())
 }
 
 /// Returns the text of a cell on one line.
@@ -93,8 +103,8 @@ fn text_of(cell: &DataRef<'_>) -> String {
     text.replace(['\r', '\n'], " ")
 }
 
-/// Returns a date, a time of day or both, as [`clock`](super::clock) reads them. Durations are times
-/// of day: the hours of those of a day and more don't exist there.
+/// Returns a date, a time of day or both, as [`clock`](super::clock) reads them. Durations are
+/// times of day: the hours of those of a day and more don't exist there.
 fn time_text(time: ExcelDateTime) -> String {
     let days = time.as_f64();
     if time.is_duration() || days < 1.0 {
@@ -144,6 +154,16 @@ mod tests {
         for length in (0..DAY.len()).step_by(97) {
             assert!(csv_of(DAY[..length].to_vec()).is_err(), "cut off after {length} bytes");
         }
+    }
+
+    #[test]
+    fn cells_far_away_are_told_before_they_take_memory() {
+        let mut rows = vec![Vec::new(); 1_000_000];
+        rows[0] = vec!["from".to_owned(), "to".to_owned()];
+        rows[999_999] = vec!["note".to_owned()];
+        assert_eq!(to_csv(&rows).expect("few cells").lines().count(), 1_000_000);
+        rows[999_999] = vec![String::new(); 1_000];
+        assert!(to_csv(&rows).expect_err("many cells").contains("remove cells far away"));
     }
 
     #[test]

@@ -298,8 +298,7 @@ fn an_endless_load_replaces_orders_that_cannot_be_carried_out() {
     assert_eq!(pool.open_orders().count(), 3);
 }
 
-/// Orders of a rate come in any case; an endless load makes feasible ones, and the same ones however
-/// often it is asked in vain.
+/// Orders of a rate come in any case; an endless load makes feasible ones.
 #[test]
 fn an_endless_load_makes_feasible_orders_only() {
     let load = "load: {generators: [{name: a, endless: 40}, {name: b, per_hour: 3600}]}";

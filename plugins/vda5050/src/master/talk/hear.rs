@@ -1,5 +1,5 @@
-//! Answers of a vehicle: what its states say of the order that it was told, of requests to cancel it,
-//! and of actions.
+//! Answers of a vehicle: its states about the order that it was told, about requests to cancel
+//! it, and about actions.
 
 use super::{After, Cancel, News, RETRY_SECS, Talk, Told, has_order};
 use crate::message::{ActionState, ActionStatus, Error, State, Topic};

@@ -1,4 +1,4 @@
-//! What a vehicle is told: orders, updates, actions.
+//! Messages to a vehicle: orders, updates, actions.
 
 use regatta_plugin::order::StopAction;
 

@@ -16,7 +16,7 @@ impl Vehicle {
     /// Moves the robot along its course to where the vehicle is.
     pub(super) fn follow(&mut self, roads: &Roads) {
         let (Some(course), Some(state)) = (&mut self.course, &self.state) else { return };
-        // What a person drives isn't on its way, even if it is near it.
+        // A vehicle that a person drives isn't on its way, even if it is near it.
         if Trouble::of_state(state).is_some_and(|trouble| trouble.is_loose()) {
             return;
         }
