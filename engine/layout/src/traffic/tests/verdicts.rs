@@ -17,7 +17,7 @@ use crate::traffic::{
 };
 use crate::{NodeIndex, Role};
 
-/// The number of random layouts for each verdict.
+/// The number of random layouts.
 const LAYOUTS: u32 = 2_500;
 
 fn set(nodes: &[NodeIndex]) -> u32 {
@@ -52,136 +52,156 @@ fn parts(graph: &RouteGraph, model: &Model) -> (u32, Vec<u32>) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(LAYOUTS))]
 
-    /// Parts: one robot alone can drive between all nodes of a part, and between no two nodes of
-    /// different parts both ways.
+    /// All verdicts of one certificate: to make it takes longer than to check it.
     #[test]
-    fn parts_are_what_one_robot_can_reach(graph in layout(), robot in robot()) {
-        let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let (main, others) = parts(&graph, &model);
-        let found: Vec<u32> = certificate.parts.iter().map(|part| set(&part.nodes)).collect();
-        prop_assert_eq!(&found, &others);
-        let reach = model.reach();
-        let stations = bits(station_names(&graph).keys().map(|node| *node as usize));
-        for part in &certificate.parts {
-            let nodes = set(&part.nodes);
-            prop_assert_eq!(set(&part.stations), nodes & stations);
-            let is_entered = members(main).any(|node| reach[node] & nodes != 0);
-            let is_left = members(nodes).any(|node| reach[node] & main != 0);
-            let expected = match (is_entered, is_left) {
-                (true, false) => CutOff::CannotBeLeft,
-                (false, true) => CutOff::CannotBeReached,
-                (false, false) => CutOff::Apart,
-                (true, true) => unreachable!("a part of the main one"),
-            };
-            prop_assert_eq!(part.cut_off, expected);
-        }
-    }
-
-    /// Rings: the smallest placements of robots that may all want a move that another one forbids.
-    /// Nothing is called impossible that the search of all placements finds.
-    #[test]
-    fn rings_are_the_smallest_placements_that_may_all_wait(graph in layout(), robot in robot()) {
-        let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let waiting: Vec<u32> =
-            model.placements().filter(|set| *set != 0 && model.may_all_wait(*set)).collect();
-        let minimal: Vec<u32> = waiting
-            .iter()
-            .copied()
-            .filter(|set| waiting.iter().all(|other| other == set || other & set != *other))
-            .collect();
-        let pairs = minimal.iter().filter(|set| set.count_ones() == 2).count();
-        let larger = minimal.iter().map(|set| set.count_ones() as usize).filter(|count| *count > 2);
-        let mut larger: Vec<usize> = larger.collect();
-        larger.sort_unstable();
-        let rings = &certificate.rings;
-        prop_assert_eq!(rings.certainty, Certainty::Exact);
-        prop_assert_eq!(rings.pairs, pairs);
-        let has_others = larger.len() > MOST_RINGS;
-        prop_assert_eq!(rings.others, if has_others { Others::Some } else { Others::None });
-        larger.truncate(MOST_RINGS);
-        let listed: Vec<usize> = rings.smallest.iter().map(Vec::len).collect();
-        prop_assert_eq!(listed, larger, "{:?}", rings);
-        let sets: BTreeSet<u32> = rings.smallest.iter().map(|ring| set(ring)).collect();
-        prop_assert_eq!(sets.len(), rings.smallest.len());
-        prop_assert!(sets.iter().all(|set| minimal.contains(set)), "{:?}", rings);
-        if let Some((a, b)) = rings.pair {
-            prop_assert!(minimal.contains(&set(&[a, b])));
-        }
-        let fewest = waiting.iter().map(|set| set.count_ones() as usize).min();
-        prop_assert_eq!(rings.fewest(), fewest);
-        // Whatever robots stand where, and whichever moves they want, one of them can move.
-        let safe = certificate.safe_robots();
-        let with_roads = bits(model.moves.iter().flat_map(|step| [step.from, step.to]));
-        for placement in model.placements().filter(|set| *set != 0 && set & !with_roads == 0) {
-            let is_safe = safe.is_none_or(|safe| placement.count_ones() <= safe);
-            prop_assert!(!is_safe || !model.may_be_stuck(placement), "{placement:b}");
-        }
-        if certificate.sinks.is_empty() {
-            prop_assert_eq!(safe, fewest.map(|robots| robots as u32 - 1));
-        }
-    }
-
-    /// The largest number of robots that stand in the main part while one of them can move there.
-    #[test]
-    fn the_most_robots_under_way_are_those_of_the_search(graph in layout(), robot in robot()) {
-        let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let main = parts(&graph, &model).0;
-        let moving = model.placements().filter(|&set| {
-            set & !main == 0
-                && members(set).any(|node| {
-                    model.free(node, set).any(|step| step.to != node && main >> step.to & 1 == 1)
-                })
-        });
-        let most = certificate.under_way;
-        prop_assert_eq!(most.at_nodes.certainty, Certainty::Exact);
-        prop_assert_eq!(most.at_nodes.robots, moving.map(u32::count_ones).max().unwrap_or(0));
-        prop_assert!(most.anywhere >= most.at_nodes.robots.into());
-    }
-
-    /// Stations: which free nodes of the main part can still reach each other past a robot there.
-    #[test]
-    fn stations_cut_off_what_the_search_cannot_reach(graph in layout(), robot in robot()) {
-        let (model, certificate) = (Model::new(&graph, &robot), Certificate::new(&graph, &robot));
-        let main = parts(&graph, &model).0;
-        for node in station_names(&graph).keys().map(|node| *node as usize) {
-            let found = certificate.stations.iter().find(|found| found.node.0 as usize == node);
-            if main >> node & 1 == 0 {
-                prop_assert!(found.is_none());
-                continue;
-            }
-            let free = main & !(1 << node) & !model.touching[node];
-            let reach = model.reach_past(1 << node, free);
-            let is_whole = members(free).all(|from| free & !reach[from] == 0);
-            match found.map(|found| found.effect) {
-                Some(Effect::CutsOff(from, to)) => {
-                    prop_assert!(reach[from.0 as usize] >> to.0 & 1 == 0 && from != to);
-                    prop_assert!(free >> from.0 & 1 == 1 && free >> to.0 & 1 == 1);
-                }
-                Some(Effect::Detour) => {
-                    prop_assert!(is_whole && is_on_through_road(&model, node, main, free));
-                }
-                Some(Effect::Unknown) => prop_assert!(false, "the search was stopped"),
-                None => prop_assert!(is_whole && !is_on_through_road(&model, node, main, free)),
-            }
-        }
-    }
-
-    /// Sections: single tracks, joined where the search of all states of two robots finds no way to
-    /// exchange them around a node.
-    #[test]
-    fn sections_join_tracks_where_two_robots_cannot_pass(graph in layout(), robot in robot()) {
+    fn certificates_agree_with_the_search_of_all_states(graph in layout(), robot in robot()) {
+        let model = Model::new(&graph, &robot);
         let certificate = Certificate::new(&graph, &robot);
-        let oracle = Sections::new(&graph, &robot);
-        let mut found: Vec<u32> =
-            certificate.sections.iter().map(|section| set(&section.nodes)).collect();
-        found.sort_unstable();
-        prop_assert_eq!(found, oracle.node_sets());
-        for section in &certificate.sections {
-            oracle.check(section)?;
-        }
+        let case = Case { graph, robot, model, certificate };
+        check_parts(&case)?;
+        check_rings(&case)?;
+        check_under_way(&case)?;
+        check_stations(&case)?;
+        check_sections(&case)?;
     }
 }
 
+/// A random layout, with its certificate and the search of all states.
+struct Case {
+    graph: RouteGraph,
+    robot: RobotType,
+    model: Model,
+    certificate: Certificate,
+}
+
+/// Parts: one robot alone can drive between all nodes of a part, and between no two nodes of
+/// different parts both ways.
+fn check_parts(case: &Case) -> Result<(), TestCaseError> {
+    let Case { graph, model, certificate, .. } = case;
+    let (main, others) = parts(graph, model);
+    let found: Vec<u32> = certificate.parts.iter().map(|part| set(&part.nodes)).collect();
+    prop_assert_eq!(&found, &others);
+    let reach = model.reach();
+    let stations = bits(station_names(graph).keys().map(|node| *node as usize));
+    for part in &certificate.parts {
+        let nodes = set(&part.nodes);
+        prop_assert_eq!(set(&part.stations), nodes & stations);
+        let is_entered = members(main).any(|node| reach[node] & nodes != 0);
+        let is_left = members(nodes).any(|node| reach[node] & main != 0);
+        let expected = match (is_entered, is_left) {
+            (true, false) => CutOff::CannotBeLeft,
+            (false, true) => CutOff::CannotBeReached,
+            (false, false) => CutOff::Apart,
+            (true, true) => unreachable!("a part of the main one"),
+        };
+        prop_assert_eq!(part.cut_off, expected);
+    }
+    Ok(())
+}
+
+/// Rings: the smallest placements of robots that may all want a move that another one forbids.
+/// Nothing is called impossible that the search of all placements finds.
+fn check_rings(case: &Case) -> Result<(), TestCaseError> {
+    let Case { model, certificate, .. } = case;
+    let waiting: Vec<u32> =
+        model.placements().filter(|set| *set != 0 && model.may_all_wait(*set)).collect();
+    let minimal: Vec<u32> = waiting
+        .iter()
+        .copied()
+        .filter(|set| waiting.iter().all(|other| other == set || other & set != *other))
+        .collect();
+    let pairs = minimal.iter().filter(|set| set.count_ones() == 2).count();
+    let larger = minimal.iter().map(|set| set.count_ones() as usize).filter(|count| *count > 2);
+    let mut larger: Vec<usize> = larger.collect();
+    larger.sort_unstable();
+    let rings = &certificate.rings;
+    prop_assert_eq!(rings.certainty, Certainty::Exact);
+    prop_assert_eq!(rings.pairs, pairs);
+    let has_others = larger.len() > MOST_RINGS;
+    prop_assert_eq!(rings.others, if has_others { Others::Some } else { Others::None });
+    larger.truncate(MOST_RINGS);
+    let listed: Vec<usize> = rings.smallest.iter().map(Vec::len).collect();
+    prop_assert_eq!(listed, larger, "{:?}", rings);
+    let sets: BTreeSet<u32> = rings.smallest.iter().map(|ring| set(ring)).collect();
+    prop_assert_eq!(sets.len(), rings.smallest.len());
+    prop_assert!(sets.iter().all(|set| minimal.contains(set)), "{:?}", rings);
+    if let Some((a, b)) = rings.pair {
+        prop_assert!(minimal.contains(&set(&[a, b])));
+    }
+    let fewest = waiting.iter().map(|set| set.count_ones() as usize).min();
+    prop_assert_eq!(rings.fewest(), fewest);
+    // Whatever robots stand where, and whichever moves they want, one of them can move.
+    let safe = certificate.safe_robots();
+    let with_roads = bits(model.moves.iter().flat_map(|step| [step.from, step.to]));
+    for placement in model.placements().filter(|set| *set != 0 && set & !with_roads == 0) {
+        let is_safe = safe.is_none_or(|safe| placement.count_ones() <= safe);
+        prop_assert!(!is_safe || !model.may_be_stuck(placement), "{placement:b}");
+    }
+    if certificate.sinks.is_empty() {
+        prop_assert_eq!(safe, fewest.map(|robots| robots as u32 - 1));
+    }
+    Ok(())
+}
+
+/// The largest number of robots that stand in the main part while one of them can move there.
+fn check_under_way(case: &Case) -> Result<(), TestCaseError> {
+    let Case { graph, model, certificate, .. } = case;
+    let main = parts(graph, model).0;
+    let moving = model.placements().filter(|&set| {
+        set & !main == 0
+            && members(set).any(|node| {
+                model.free(node, set).any(|step| step.to != node && main >> step.to & 1 == 1)
+            })
+    });
+    let most = certificate.under_way;
+    prop_assert_eq!(most.at_nodes.certainty, Certainty::Exact);
+    prop_assert_eq!(most.at_nodes.robots, moving.map(u32::count_ones).max().unwrap_or(0));
+    prop_assert!(most.anywhere >= most.at_nodes.robots.into());
+    Ok(())
+}
+
+/// Stations: which free nodes of the main part can still reach each other past a robot there.
+fn check_stations(case: &Case) -> Result<(), TestCaseError> {
+    let Case { graph, model, certificate, .. } = case;
+    let main = parts(graph, model).0;
+    for node in station_names(graph).keys().map(|node| *node as usize) {
+        let found = certificate.stations.iter().find(|found| found.node.0 as usize == node);
+        if main >> node & 1 == 0 {
+            prop_assert!(found.is_none());
+            continue;
+        }
+        let free = main & !(1 << node) & !model.touching[node];
+        let reach = model.reach_past(1 << node, free);
+        let is_whole = members(free).all(|from| free & !reach[from] == 0);
+        match found.map(|found| found.effect) {
+            Some(Effect::CutsOff(from, to)) => {
+                prop_assert!(reach[from.0 as usize] >> to.0 & 1 == 0 && from != to);
+                prop_assert!(free >> from.0 & 1 == 1 && free >> to.0 & 1 == 1);
+            }
+            Some(Effect::Detour) => {
+                prop_assert!(is_whole && is_on_through_road(model, node, main, free));
+            }
+            Some(Effect::Unknown) => prop_assert!(false, "the search was stopped"),
+            None => prop_assert!(is_whole && !is_on_through_road(model, node, main, free)),
+        }
+    }
+    Ok(())
+}
+
+/// Sections: single tracks, joined where the search of all states of two robots finds no way to
+/// exchange them around a node.
+fn check_sections(case: &Case) -> Result<(), TestCaseError> {
+    let certificate = &case.certificate;
+    let oracle = Sections::new(case);
+    let mut found: Vec<u32> =
+        certificate.sections.iter().map(|section| set(&section.nodes)).collect();
+    found.sort_unstable();
+    prop_assert_eq!(found, oracle.node_sets());
+    for section in &certificate.sections {
+        oracle.check(section)?;
+    }
+    Ok(())
+}
 /// Whether robots drive between two free nodes by a move that a robot at a node forbids, or by way
 /// of nodes that aren't free.
 fn is_on_through_road(model: &Model, node: usize, main: u32, free: u32) -> bool {
@@ -202,19 +222,18 @@ fn is_on_through_road(model: &Model, node: usize, main: u32, free: u32) -> bool 
 }
 
 /// The sections by definition: the relation between single tracks, closed.
-struct Sections {
-    model: Model,
+struct Sections<'a> {
+    model: &'a Model,
     tracks: Tracks,
     /// By node.
     is_passing: Vec<bool>,
 }
 
-impl Sections {
-    fn new(graph: &RouteGraph, robot: &RobotType) -> Self {
+impl<'a> Sections<'a> {
+    fn new(Case { graph, robot, model, .. }: &'a Case) -> Self {
         let (network, sweeps) = (Network::new(graph), Sweeps::new(graph));
         let conflicts = Conflicts::new(&network, &sweeps, robot);
         let tracks = Tracks::new(&network, &sweeps, robot);
-        let model = Model::new(graph, robot);
         let passing = Passing { network: &network, conflicts: &conflicts, tracks: &tracks };
         let is_passing = (0..network.nodes()).map(|node| {
             let around = bits(passing.surroundings(node).into_iter().map(|node| node as usize));
