@@ -233,6 +233,11 @@ fn robots_that_pass_doors_and_ride_a_lift() {
 }
 
 #[test]
+fn all_kinds_of_generators() {
+    compare(&graphs("shift.yaml"), 12_000, true);
+}
+
+#[test]
 fn managed_robots_on_layouts_of_others() {
     compare_managed(graphs("porto.yaml"), 4);
     compare_managed(graphs("imported/opentcs/PlantModelV004.sample.xml"), 4);

@@ -3,15 +3,20 @@
 
 use regatta_base::random::Random;
 
-use super::load::{Arrival, DwellSecs, GeneratorSettings, Shift, Stops};
+use super::dwell::Dwell;
+use super::load::{Arrival, Batch, GeneratorSettings, Shift, Stops, Transport};
 use super::order::{Action, NewOrder, OrderName, Stop};
 
 /// The random draws of an order, by purpose.
 const ARRIVAL: u64 = 0;
 const FROM: u64 = 1;
 const TO: u64 = 2;
-const DWELL: u64 = 3;
-/// The first of the draws that replace an infeasible order, after those of the stops' dwells.
+const PICK_DWELL: u64 = 3;
+const DROP_DWELL: u64 = 4;
+const VIA: u64 = 5;
+const FLOW: u64 = 6;
+const BATCH: u64 = 7;
+/// The first of the draws that replace an infeasible order.
 const REPLACEMENT: u64 = 8;
 
 /// The largest number of orders that an endless load draws in one call in place of infeasible ones.
@@ -29,8 +34,11 @@ pub(super) struct Generator {
     made: u64,
     /// The number of infeasible orders drawn in a row instead of the next one.
     replaced: u64,
-    /// The next order on a time axis on which one order comes per unit on average.
-    next_unit: f64,
+    /// The next arrival: in seconds, or for a rate on a time axis on which one order comes per unit
+    /// on average.
+    next_arrival: f64,
+    /// The orders of the next arrival that aren't made yet.
+    left: u64,
     /// The number in the names of a store's runs.
     run: u64,
 }
@@ -39,8 +47,10 @@ impl Generator {
     /// Makes a generator. `number` distinguishes the generators of a load.
     pub(super) fn new(settings: GeneratorSettings, seed: u64, number: u64, run: u64) -> Self {
         let random = Random::new(seed).part(number);
-        let next_unit = random.part(1).exponential(ARRIVAL);
-        Self { settings, random, made: 0, replaced: 0, next_unit, run }
+        let mut generator =
+            Self { settings, random, made: 0, replaced: 0, next_arrival: 0.0, left: 0, run };
+        generator.draw_arrival();
+        generator
     }
 
     /// Makes a generator that keeps as many orders open as there are robots, each with one of some
@@ -49,9 +59,10 @@ impl Generator {
         let settings = GeneratorSettings {
             name: String::from("endless"),
             arrival: Arrival::Endless(None),
+            batch: Batch::default(),
             stops: Stops::One(among),
             priority: 0,
-            dwell_secs: DwellSecs::default(),
+            dwell: Dwell::default(),
             deadline_secs: None,
         };
         Self::new(settings, seed, 1, 0)
@@ -77,18 +88,41 @@ impl Generator {
         let number = self.made + 1;
         let (secs, order) = match &self.settings.arrival {
             Arrival::Poisson(shifts) => {
-                let secs = time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?;
+                let secs = time_of(self.next_arrival, shifts).filter(|secs| *secs <= now_secs)?;
                 (secs, self.order(self.random.part(number), secs))
             }
+            Arrival::Gaps(_) if self.next_arrival <= now_secs => {
+                let secs = self.next_arrival;
+                (secs, self.order(self.random.part(number), secs))
+            }
+            Arrival::Gaps(_) => return None,
             Arrival::Endless(orders) if open < orders.unwrap_or(robots) => {
                 (now_secs, self.draw_feasible(now_secs, is_feasible)?)
             }
             Arrival::Endless(_) => return None,
         };
-        self.made = number;
         self.replaced = 0;
-        self.next_unit += self.random.part(number + 1).exponential(ARRIVAL);
+        self.go_on();
         Some((secs, order))
+    }
+
+    /// Counts an order as made.
+    fn go_on(&mut self) {
+        self.made += 1;
+        self.left -= 1;
+        if self.left == 0 {
+            self.draw_arrival();
+        }
+    }
+
+    /// Draws the time of the next arrival, and the number of its orders.
+    fn draw_arrival(&mut self) {
+        let random = self.random.part(self.made + 1);
+        self.left = self.settings.batch.orders(random, BATCH);
+        self.next_arrival += match &self.settings.arrival {
+            Arrival::Gaps(gaps) => gaps.secs(random, ARRIVAL),
+            _ => self.settings.batch.mean() * random.exponential(ARRIVAL),
+        };
     }
 
     /// Draws the next order until it is feasible. Closed roads may leave few orders that are: the
@@ -109,11 +143,8 @@ impl Generator {
     }
 
     /// The nodes of all stops, and those at which orders end.
-    pub(super) fn stops(&self) -> (Vec<u32>, &[u32]) {
-        match &self.settings.stops {
-            Stops::One(among) => (among.clone(), among),
-            Stops::Two { from, to } => ([from.as_slice(), to].concat(), to),
-        }
+    pub(super) fn stops(&self) -> (Vec<u32>, Vec<u32>) {
+        self.settings.stops.nodes()
     }
 
     /// Returns the number of an order of this generator, of this run.
@@ -125,25 +156,19 @@ impl Generator {
     /// Continues after the orders that it has made before, of which there are `made`.
     pub(super) fn skip(&mut self, made: u64) {
         while self.made < made {
-            self.made += 1;
-            self.next_unit += self.random.part(self.made + 1).exponential(ARRIVAL);
+            self.go_on();
         }
     }
 
     /// Returns the next order by its random numbers alone.
     fn order(&self, random: Random, secs: f64) -> NewOrder {
-        let nodes = match &self.settings.stops {
-            Stops::One(among) => vec![(among[random.below(FROM, among.len())], Action::None)],
-            Stops::Two { from, to } => {
-                let first = from[random.below(FROM, from.len())];
-                vec![(first, Action::Pick), (other(first, to, random), Action::Drop)]
+        let stops = match &self.settings.stops {
+            Stops::One(among) => {
+                let node = among[random.below(FROM, among.len())];
+                vec![self.stop(node, Action::None, random, PICK_DWELL)]
             }
+            Stops::Transport(transport) => self.transport(transport, random),
         };
-        let DwellSecs { min, max } = self.settings.dwell_secs;
-        let mut stops = Vec::with_capacity(nodes.len());
-        for (draw, (node, action)) in (DWELL..).zip(nodes) {
-            stops.push(Stop { node, action, dwell_secs: min + (max - min) * random.unit(draw) });
-        }
         NewOrder {
             name: OrderName::generated(&self.settings.name, self.made + 1, self.run),
             stops,
@@ -152,6 +177,25 @@ impl Generator {
             intended_robot: None,
             deadline_secs: self.settings.deadline_secs.map(|deadline| secs + deadline),
         }
+    }
+
+    /// Returns a pick, the stops between, and a drop.
+    fn transport(&self, transport: &Transport, random: Random) -> Vec<Stop> {
+        let flow = transport.flow(random, FLOW);
+        let first = flow.from[random.below(FROM, flow.from.len())];
+        let mut stops = vec![self.stop(first, Action::Pick, random, PICK_DWELL)];
+        for (group, number) in transport.via.iter().zip(0..) {
+            let random = random.part(VIA).part(number);
+            let node = group[random.below(FROM, group.len())];
+            stops.push(self.stop(node, Action::None, random, PICK_DWELL));
+        }
+        let last = other(first, &flow.to, random);
+        stops.push(self.stop(last, Action::Drop, random, DROP_DWELL));
+        stops
+    }
+
+    fn stop(&self, node: u32, action: Action, random: Random, draw: u64) -> Stop {
+        Stop { node, action, dwell_secs: self.settings.dwell.secs(node, action, random, draw) }
     }
 }
 

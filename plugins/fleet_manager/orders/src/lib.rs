@@ -60,7 +60,9 @@ mod absent;
 pub mod assign;
 #[cfg(feature = "http")]
 pub mod client;
+mod distribution;
 pub mod draft;
+mod dwell;
 pub mod figures;
 pub mod file;
 mod generator;

@@ -11,10 +11,14 @@
 //!       from: inbound                # a group, a role, a node or a list of nodes; the role pick,
 //!                                    # or any node, if absent
 //!       to: north                    # likewise, with the role drop
+//!       # flows: [{from: A1, to: north, share: 3}, {from: A2, to: S7}]  # in place of from and to
+//!       via: [wrapping]              # groups of stops between the two
 //!       per_hour: 120                # Poisson; or a profile that begins anew after its end:
 //!       # shifts: [{until: 3600, per_hour: 200}, {until: 7200, per_hour: 20}]
+//!       # gaps: {min: 20, max: 40}   # or the seconds between arrivals, a distribution
+//!       batch: {min: 1, max: 4}      # orders that come at the same time; or a number; 1 if absent
 //!       priority: 5                  # 0 to 255, 0 if absent
-//!       dwell: {min: 5, max: 15}     # seconds at each stop, uniform; or a number; 0 if absent
+//!       dwell: {min: 5, max: 15}     # seconds at each stop, a distribution; 0 if absent
 //!       deadline: 900                # seconds after its creation; none if absent
 //!     - endless: robots              # as many open orders as there are robots, or a number
 //!       among: north                 # orders with one stop of this group; any node if absent
@@ -28,14 +32,23 @@
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
 //! have further keys beside `load`: it may be a scenario.
 
-use std::collections::BTreeMap;
+mod arrival;
+mod groups;
+mod stops;
+
 use std::path::Path;
 
 use regatta_base::yaml::{self, Fields, Node};
-use regatta_plugin::world::Role;
 
+use self::arrival::batch;
+pub(super) use self::arrival::{Arrival, Batch, Shift};
+use self::groups::Groups;
+#[cfg(test)]
+pub(super) use self::stops::Flow;
+pub(super) use self::stops::{Stops, Transport};
+use super::dwell::Dwell;
 use super::file::{FileError, text_of};
-use super::places::{PlaceError, Places};
+use super::places::Places;
 use super::timetable::Timetable;
 
 /// A valid description of a load.
@@ -53,52 +66,24 @@ pub struct Load {
 pub(super) struct GeneratorSettings {
     pub(super) name: String,
     pub(super) arrival: Arrival,
+    pub(super) batch: Batch,
     pub(super) stops: Stops,
     pub(super) priority: u8,
-    pub(super) dwell_secs: DwellSecs,
+    pub(super) dwell: Dwell,
     pub(super) deadline_secs: Option<f64>,
 }
 
-/// The shortest and the longest dwell time, in seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct DwellSecs {
-    pub(super) min: f64,
-    pub(super) max: f64,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Arrival {
-    /// At random, at the mean rates of this profile.
-    Poisson(Vec<Shift>),
-    /// Whenever fewer than this number of orders are open, or fewer than there are robots.
-    Endless(Option<usize>),
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Stops {
-    /// A node of the group.
-    One(Vec<u32>),
-    /// From a node of the first group to another one of the second.
-    Two { from: Vec<u32>, to: Vec<u32> },
-}
-
-/// A part of a profile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Shift {
-    /// Its end in seconds; infinite for a rate that never changes.
-    pub(super) until_secs: f64,
-    pub(super) per_hour: f64,
-}
-
-/// The largest rate, in orders an hour.
-const MAX_PER_HOUR: f64 = 1e8;
 const LOAD_FIELDS: [&str; 3] = ["seed", "groups", "generators"];
-const GENERATOR_FIELDS: [&str; 15] = [
+const GENERATOR_FIELDS: [&str; 19] = [
     "name",
     "from",
     "to",
+    "via",
+    "flows",
     "per_hour",
     "shifts",
+    "gaps",
+    "batch",
     "priority",
     "dwell",
     "deadline",
@@ -174,18 +159,18 @@ fn generator(
     groups: &Groups,
 ) -> Result<GeneratorSettings, yaml::Error> {
     let name = fields.optional("name", generator_name)?.unwrap_or_else(|| number.to_string());
-    let arrival = arrival(value, fields)?;
-    let has_ends = fields.get("from").is_some() || fields.get("to").is_some();
-    let stops = match arrival {
-        Arrival::Endless(_) if !has_ends => {
-            Stops::One(groups.find(fields.get("among"), Role::None)?)
-        }
-        _ => transports(value, fields, groups)?,
-    };
-    let dwell_secs = fields.optional("dwell", dwell)?.unwrap_or_default();
-    let priority = fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8;
-    let deadline_secs = fields.optional("deadline", Node::non_negative)?;
-    Ok(GeneratorSettings { name, arrival, stops, priority, dwell_secs, deadline_secs })
+    let arrival = Arrival::read(value, fields)?;
+    Ok(GeneratorSettings {
+        name,
+        batch: batch(fields, &arrival)?,
+        stops: Stops::read(value, fields, &arrival, groups)?,
+        arrival,
+        priority: fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8,
+        dwell: fields
+            .optional("dwell", |value| Dwell::read(value, groups.places))?
+            .unwrap_or_default(),
+        deadline_secs: fields.optional("deadline", Node::non_negative)?,
+    })
 }
 
 fn generator_name(value: &Node) -> Result<String, yaml::Error> {
@@ -195,167 +180,4 @@ fn generator_name(value: &Node) -> Result<String, yaml::Error> {
         return Ok(name.into_owned());
     }
     Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`"))
-}
-
-fn arrival(value: &Node, fields: &Fields<'_, '_>) -> Result<Arrival, yaml::Error> {
-    match (fields.get("per_hour"), fields.get("shifts"), fields.get("endless")) {
-        (Some(rate), None, None) => Ok(Arrival::Poisson(vec![Shift {
-            until_secs: f64::INFINITY,
-            per_hour: per_hour(rate)?,
-        }])),
-        (None, Some(shifts), None) => profile(shifts).map(Arrival::Poisson),
-        (None, None, Some(orders)) => endless(orders).map(Arrival::Endless),
-        _ => Err(value.error("give a generator exactly one of per_hour, shifts and endless")),
-    }
-}
-
-fn endless(orders: &Node) -> Result<Option<usize>, yaml::Error> {
-    match orders.text()?.as_ref() {
-        "robots" => Ok(None),
-        _ => Ok(Some(orders.integer(1_000_000)? as usize)),
-    }
-}
-
-fn transports(
-    value: &Node,
-    fields: &Fields<'_, '_>,
-    groups: &Groups,
-) -> Result<Stops, yaml::Error> {
-    if fields.get("among").is_some() {
-        return Err(value.error(
-            "`among` is for an endless load of orders with one stop, without `from` and `to`",
-        ));
-    }
-    let from = groups.find(fields.get("from"), Role::Pick)?;
-    let to = groups.find(fields.get("to"), Role::Drop)?;
-    if from.len() == 1 && from == to {
-        return Err(value.error("`from` and `to` are the same single node"));
-    }
-    Ok(Stops::Two { from, to })
-}
-
-fn per_hour(value: &Node) -> Result<f64, yaml::Error> {
-    match value.non_negative()? {
-        rate if rate <= MAX_PER_HOUR => Ok(rate),
-        rate => {
-            Err(value
-                .error(format!("{rate} orders an hour are too many; give at most {MAX_PER_HOUR}")))
-        }
-    }
-}
-
-fn profile(value: &Node) -> Result<Vec<Shift>, yaml::Error> {
-    let mut shifts: Vec<Shift> = Vec::new();
-    for shift in value.list()? {
-        let fields = shift.fields(&["until", "per_hour"])?;
-        let until_secs = fields.required("until")?.non_negative()?;
-        if until_secs <= shifts.last().map_or(0.0, |last| last.until_secs) {
-            return Err(shift.error("`until` must be later than that of the previous shift"));
-        }
-        shifts.push(Shift { until_secs, per_hour: per_hour(fields.required("per_hour")?)? });
-    }
-    if shifts.is_empty() { Err(value.error("there are no shifts")) } else { Ok(shifts) }
-}
-
-pub(super) fn dwell(value: &Node) -> Result<DwellSecs, yaml::Error> {
-    if !value.is_map() {
-        return value.non_negative().map(|secs| DwellSecs { min: secs, max: secs });
-    }
-    let fields = value.fields(&["min", "max"])?;
-    let min = fields.required("min")?.non_negative()?;
-    let max = fields.required("max")?.non_negative()?;
-    if min <= max { Ok(DwellSecs { min, max }) } else { Err(value.error("`min` is above `max`")) }
-}
-
-/// The named groups of nodes.
-struct Groups<'places> {
-    named: BTreeMap<String, Vec<u32>>,
-    places: &'places Places,
-}
-
-impl<'places> Groups<'places> {
-    fn read(groups: Option<&Node>, places: &'places Places) -> Result<Self, yaml::Error> {
-        let pairs = groups.map(Node::pairs).transpose()?.unwrap_or_default();
-        let mut named = BTreeMap::new();
-        for (name, value) in pairs {
-            named.insert(name.into_owned(), group(value, places)?);
-        }
-        Ok(Self { named, places })
-    }
-
-    /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
-    /// chargers.
-    fn find(&self, field: Option<&Node>, role: Role) -> Result<Vec<u32>, yaml::Error> {
-        let Some(field) = field else {
-            let nodes = self.with_role(role);
-            if nodes.is_empty() || role == Role::None {
-                return Ok(self
-                    .places
-                    .nodes(|place| place.role != Role::Charge && !place.is_in_lift));
-            }
-            return Ok(nodes);
-        };
-        if field.is_map() || field.list().is_ok() {
-            return group(field, self.places);
-        }
-        let name = field.text()?;
-        let with_role = role_named(&name).map(|role| self.with_role(role));
-        match self.named.get(name.as_ref()).cloned().or(with_role) {
-            Some(nodes) if !nodes.is_empty() => Ok(nodes),
-            Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
-            None => match self.places.find_one(&name) {
-                Ok(node) => Ok(vec![node]),
-                Err(PlaceError::Unknown(_)) => Err(field.error(format!(
-                    "`{name}` is neither a group nor a role, nor the name or the id of a node"
-                ))),
-                Err(error) => Err(field.error(error.to_string())),
-            },
-        }
-    }
-
-    fn with_role(&self, role: Role) -> Vec<u32> {
-        self.places.nodes(|place| has_role(place.role, role))
-    }
-}
-
-fn group(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
-    let nodes = if value.is_map() { matching(value, places)? } else { listed(value, places)? };
-    if nodes.is_empty() { Err(value.error("no node is in this group")) } else { Ok(nodes) }
-}
-
-fn listed(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
-    let mut nodes = Vec::new();
-    for item in value.list()? {
-        let found = places.find_one(&item.text()?);
-        nodes.push(found.map_err(|error| item.error(error.to_string()))?);
-    }
-    Ok(nodes)
-}
-
-fn matching(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
-    let fields = value.fields(&["role", "zone"])?;
-    let role = fields.optional("role", node_role)?;
-    let zone = fields.optional("zone", Node::text)?;
-    Ok(places.nodes(|place| {
-        role.is_none_or(|role| has_role(place.role, role))
-            && zone.as_ref().is_none_or(|zone| place.zone == zone.as_ref())
-    }))
-}
-
-/// Whether a place can be used in a role.
-fn has_role(of_place: Role, role: Role) -> bool {
-    match role {
-        Role::Pick => of_place.is_pick(),
-        Role::Drop => of_place.is_drop(),
-        _ => of_place == role,
-    }
-}
-
-fn role_named(name: &str) -> Option<Role> {
-    Role::ALL.into_iter().find(|role| role.name() == name)
-}
-
-fn node_role(value: &Node) -> Result<Role, yaml::Error> {
-    let name = value.text()?;
-    role_named(&name).ok_or_else(|| value.error(format!("unknown role `{name}`")))
 }

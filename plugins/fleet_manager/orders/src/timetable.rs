@@ -6,7 +6,7 @@
 //!   scale: 1.2          # orders for each order of the file; 1 if absent
 //!   shift: 300          # seconds by which all come later; 0 if absent
 //!   resample: 1800      # seconds of a block: each seed has another day of the same kind
-//!   dwell: {min: 5, max: 15}  # seconds at stops for which the file has none
+//!   dwell: {min: 5, max: 15}  # seconds at stops for which the file has none, a distribution
 //!   deadline: 900       # seconds from the creation of orders for which the file has none
 //! ```
 //!
@@ -23,8 +23,8 @@ use std::path::Path;
 use regatta_base::random::Random;
 use regatta_base::yaml::{self, Fields, Node};
 
+use super::dwell::Dwell;
 use super::file::{TimedDraft, parse_csv, read_orders};
-use super::load::DwellSecs;
 use super::order::{NewOrder, OrderName};
 use super::places::Places;
 
@@ -51,7 +51,7 @@ pub(super) struct Timetable {
     /// The length of the blocks of which days are drawn; `None` for the day as it is.
     block_secs: Option<f64>,
     /// The dwell times at stops without one.
-    dwell_secs: DwellSecs,
+    dwell: Dwell,
     /// The time from the creation to the deadline of orders without one.
     deadline_secs: Option<f64>,
 }
@@ -99,7 +99,9 @@ impl Timetable {
             scale: fields.optional("scale", scale)?.unwrap_or(1.0),
             shift_secs: fields.optional("shift", Node::non_negative)?.unwrap_or(0.0),
             block_secs,
-            dwell_secs: fields.optional("dwell", super::load::dwell)?.unwrap_or_default(),
+            dwell: fields
+                .optional("dwell", |value| Dwell::read(value, places))?
+                .unwrap_or_default(),
             deadline_secs: fields.optional("deadline", Node::non_negative)?,
         }))
     }
@@ -174,10 +176,9 @@ impl Timetable {
         let secs = drawn.file_secs + later_secs;
         let of_file = order.deadline_secs.map(|deadline| deadline + later_secs);
         order.deadline_secs = of_file.or_else(|| Some(secs + self.deadline_secs?));
-        let DwellSecs { min, max } = self.dwell_secs;
         for (stop, draw) in order.stops.iter_mut().zip(0..) {
             if stop.dwell_secs == 0.0 {
-                stop.dwell_secs = min + (max - min) * random.unit(draw);
+                stop.dwell_secs = self.dwell.secs(stop.node, stop.action, random, draw);
             }
         }
         order

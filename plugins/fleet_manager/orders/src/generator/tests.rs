@@ -1,5 +1,5 @@
 use super::*;
-use crate::load::{Load, Stops};
+use crate::load::{Flow, Load, Stops};
 use crate::places::{Place, Places};
 use regatta_plugin::world::Role;
 
@@ -126,9 +126,10 @@ fn the_ends_of_transports_may_be_nodes() {
         ("from: {zone: south}, to: '2'", (&[0, 1], &[2])),
     ] {
         let load = Load::parse(&format!("load: {{per_hour: 1, {ends}}}"), &places());
-        let Stops::Two { from, to } = &load.expect(ends).generators[0].stops else {
+        let Stops::Transport(transport) = &load.expect(ends).generators[0].stops else {
             panic!("two stops")
         };
+        let [Flow { from, to, .. }] = transport.flows.as_slice() else { panic!("one flow") };
         assert_eq!((from.as_slice(), to.as_slice()), expected, "{ends}");
     }
     let place = |id| Place { id, name: "twin".to_owned(), ..Place::default() };
@@ -142,7 +143,7 @@ fn the_ends_of_transports_may_be_nodes() {
 #[test]
 fn what_is_wrong_in_a_load_is_refused() {
     for (text, message) in [
-        ("load: {}", "one of per_hour, shifts and endless"),
+        ("load: {}", "one of per_hour, shifts, gaps and endless"),
         ("load: {per_hour: 1, shifts: []}", "one of per_hour"),
         ("load:\n  per_hour: -1", "line 2: -1 is below 0"),
         ("load: {per_hour: 1e99}", "orders an hour are too many"),
@@ -159,6 +160,17 @@ fn what_is_wrong_in_a_load_is_refused() {
         ("load: {per_hour: 1, endless: 3}", "one of per_hour"),
         ("load: {groups: {a: [N1]}, per_hour: 1, from: a, to: a}", "same single node"),
         ("load: {per_hour: 1, dwell: {min: 3, max: 2}}", "`min` is above `max`"),
+        ("load: {per_hour: 1, dwell: {at: {N9: 4}}}", "`N9` is neither the name nor the id"),
+        ("load: {per_hour: 1, dwell: {pick: 4, min: 3}}", "unknown field `min`"),
+        ("load: {gaps: 0}", "gaps of 0 s"),
+        ("load: {gaps: 9, per_hour: 9}", "one of per_hour"),
+        ("load: {per_hour: 9, batch: 0}", "a batch has at least one order"),
+        ("load: {per_hour: 9, batch: {min: 4, max: 2}}", "`min` is above `max`"),
+        ("load: {endless: 9, batch: 2}", "an endless load has no batches"),
+        ("load: {per_hour: 9, from: N0, flows: [{to: N2}]}", "either `flows`, or `from` and `to`"),
+        ("load: {per_hour: 9, flows: [{share: 0}]}", "no flow has a share above 0"),
+        ("load: {per_hour: 9, flows: []}", "no flow has a share above 0"),
+        ("load: {per_hour: 9, via: N3}", "list"),
         ("load: {generators: [{name: a, per_hour: 1}, {name: a, per_hour: 1}]}", "two generators"),
         ("load: {generators: [{per_hour: 1}], per_hour: 1}", "unknown field `per_hour`"),
     ] {
@@ -170,4 +182,69 @@ fn what_is_wrong_in_a_load_is_refused() {
         &places(),
     );
     assert!(load.is_ok(), "{load:?}");
+}
+
+#[test]
+fn gaps_are_the_times_between_orders() {
+    let made = orders(generators("load: {gaps: 30}")[0].clone(), 100.0, 7.0);
+    let secs: Vec<f64> = made.iter().map(|(secs, _)| *secs).collect();
+    assert_eq!(secs, [30.0, 60.0, 90.0]);
+    let text = "load: {gaps: {samples: [10, 20]}}";
+    let made = orders(generators(text)[0].clone(), 150_000.0, 150_000.0);
+    let gaps: Vec<f64> = made.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    assert!(gaps.iter().all(|gap| [10.0, 20.0].contains(gap)));
+    assert!((9_700..10_300).contains(&made.len()), "{}", made.len());
+}
+
+#[test]
+fn orders_of_a_batch_come_together_at_the_same_rate() {
+    for text in
+        ["load: {per_hour: 100, batch: 4}", "load: {per_hour: 100, batch: {min: 2, max: 6}}"]
+    {
+        let generator = &generators(text)[0];
+        let all = orders(generator.clone(), 3_600_000.0, 3600.0);
+        assert!((97_000..103_000).contains(&all.len()), "{text}: {}", all.len());
+        let sizes: Vec<usize> = all.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).collect();
+        let bounds = if text.contains("min") { 2..=6 } else { 4..=4 };
+        assert!(sizes[..sizes.len() - 1].iter().all(|size| bounds.contains(size)), "{text}");
+        assert!(bounds.clone().all(|size| sizes.contains(&size)), "{text}: each size comes");
+        let mut later = generator.clone();
+        later.skip(501);
+        assert_eq!(all[501..900], orders(later, 3_600_000.0, 3600.0)[..399], "{text}");
+    }
+    let made = orders(generators("load: {gaps: 60, batch: 3}")[0].clone(), 120.0, 1.0);
+    let secs: Vec<f64> = made.iter().map(|(secs, _)| *secs).collect();
+    assert_eq!(secs, [60.0, 60.0, 60.0, 120.0, 120.0, 120.0]);
+}
+
+#[test]
+fn flows_have_their_shares() {
+    let text = "load: {per_hour: 1000, flows: [{from: N0, to: N2, share: 3}, {from: N1, to: N3}, \
+                {from: N2, to: N0, share: 0}]}";
+    let made = orders(generators(text)[0].clone(), 36_000_000.0, 36_000_000.0);
+    let mut counts = std::collections::BTreeMap::new();
+    for (_, order) in &made {
+        *counts.entry((order.stops[0].node, order.stops[1].node)).or_insert(0.0) += 1.0;
+    }
+    assert_eq!(counts.keys().copied().collect::<Vec<_>>(), [(0, 2), (1, 3)]);
+    // A quarter, within five standard deviations of 10,000 orders.
+    let share = counts[&(1, 3)] / made.len() as f64;
+    assert!((share - 0.25).abs() < 0.022, "{share}");
+}
+
+#[test]
+fn stops_may_be_between_pick_and_drop() {
+    let text = "load: {per_hour: 100, from: N0, to: N2, via: [N3, {zone: south}], \
+                dwell: {pick: 5, drop: 7, other: 1, at: {N3: 20}}}";
+    let generator = &generators(text)[0];
+    let (all, last) = generator.stops();
+    assert_eq!((all.as_slice(), last.as_slice()), ([0, 3, 0, 1, 2].as_slice(), [2].as_slice()));
+    for (_, order) in orders(generator.clone(), 36_000.0, 36_000.0) {
+        let stops: Vec<_> =
+            order.stops.iter().map(|stop| (stop.node, stop.action, stop.dwell_secs)).collect();
+        let [pick, wrap, look, drop] = stops[..] else { panic!("{stops:?}") };
+        assert_eq!((pick, wrap), ((0, Action::Pick, 5.0), (3, Action::None, 20.0)));
+        assert!(look.0 < 2 && look.1 == Action::None && look.2 == 1.0, "{look:?}");
+        assert_eq!(drop, (2, Action::Drop, 7.0));
+    }
 }

@@ -1,0 +1,104 @@
+//! Groups of nodes, by name, role, zone or as lists.
+
+use std::collections::BTreeMap;
+
+use regatta_base::yaml::{self, Node};
+use regatta_plugin::world::Role;
+
+use crate::places::{PlaceError, Places};
+
+/// The named groups of nodes.
+pub(super) struct Groups<'places> {
+    named: BTreeMap<String, Vec<u32>>,
+    pub(super) places: &'places Places,
+}
+
+impl<'places> Groups<'places> {
+    pub(super) fn read(
+        groups: Option<&Node>,
+        places: &'places Places,
+    ) -> Result<Self, yaml::Error> {
+        let pairs = groups.map(Node::pairs).transpose()?.unwrap_or_default();
+        let mut named = BTreeMap::new();
+        for (name, value) in pairs {
+            named.insert(name.into_owned(), group(value, places)?);
+        }
+        Ok(Self { named, places })
+    }
+
+    /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
+    /// chargers.
+    pub(super) fn find(&self, field: Option<&Node>, role: Role) -> Result<Vec<u32>, yaml::Error> {
+        let Some(field) = field else {
+            let nodes = self.with_role(role);
+            if nodes.is_empty() || role == Role::None {
+                return Ok(self
+                    .places
+                    .nodes(|place| place.role != Role::Charge && !place.is_in_lift));
+            }
+            return Ok(nodes);
+        };
+        if field.is_map() || field.list().is_ok() {
+            return group(field, self.places);
+        }
+        let name = field.text()?;
+        let with_role = role_named(&name).map(|role| self.with_role(role));
+        match self.named.get(name.as_ref()).cloned().or(with_role) {
+            Some(nodes) if !nodes.is_empty() => Ok(nodes),
+            Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
+            None => match self.places.find_one(&name) {
+                Ok(node) => Ok(vec![node]),
+                Err(PlaceError::Unknown(_)) => Err(field.error(format!(
+                    "`{name}` is neither a group nor a role, nor the name or the id of a node"
+                ))),
+                Err(error) => Err(field.error(error.to_string())),
+            },
+        }
+    }
+
+    fn with_role(&self, role: Role) -> Vec<u32> {
+        self.places.nodes(|place| has_role(place.role, role))
+    }
+}
+
+fn group(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
+    let nodes = if value.is_map() { matching(value, places)? } else { listed(value, places)? };
+    if nodes.is_empty() { Err(value.error("no node is in this group")) } else { Ok(nodes) }
+}
+
+fn listed(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
+    let mut nodes = Vec::new();
+    for item in value.list()? {
+        let found = places.find_one(&item.text()?);
+        nodes.push(found.map_err(|error| item.error(error.to_string()))?);
+    }
+    Ok(nodes)
+}
+
+fn matching(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
+    let fields = value.fields(&["role", "zone"])?;
+    let role = fields.optional("role", node_role)?;
+    let zone = fields.optional("zone", Node::text)?;
+    Ok(places.nodes(|place| {
+        role.is_none_or(|role| has_role(place.role, role))
+            && zone.as_ref().is_none_or(|zone| place.zone == zone.as_ref())
+    }))
+}
+
+/// Whether a place can be used in a role.
+fn has_role(of_place: Role, role: Role) -> bool {
+    match role {
+        Role::Pick => of_place.is_pick(),
+        Role::Drop => of_place.is_drop(),
+        _ => of_place == role,
+    }
+}
+
+fn role_named(name: &str) -> Option<Role> {
+    Role::ALL.into_iter().find(|role| role.name() == name)
+}
+
+fn node_role(value: &Node) -> Result<Role, yaml::Error> {
+    let name = value.text()?;
+    role_named(&name).ok_or_else(|| value.error(format!("unknown role `{name}`")))
+}
