@@ -25,7 +25,7 @@ use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
 use crate::traffic::Seen;
-use regatta_orders::{Candidate, Next, Order, OrderPool, Stop};
+use regatta_orders::{Candidate, Next, Order, OrderPool, Service};
 
 /// The progress of a robot with the stop of its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,8 +35,8 @@ enum Progress {
     Free,
     /// It drives to the stop's node.
     Driving(u32),
-    /// It handles the stop, until this simulated second.
-    Handling(f64),
+    /// It is at the stop, which it handles at these simulated seconds.
+    AtStop(Service),
 }
 
 /// The manager of a fleet.
@@ -224,10 +224,10 @@ impl Manager {
             self.send(robot, stop.node);
         }
         if let Progress::Driving(node) = self.progress[robot as usize] {
-            if self.steering.has_arrived(robot, node) && self.orders.arrived(robot, now_secs) {
-                let dwell_secs =
-                    self.orders.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);
-                self.progress[robot as usize] = Progress::Handling(now_secs + dwell_secs);
+            if self.steering.has_arrived(robot, node)
+                && let Some(service) = self.orders.arrived(robot, now_secs)
+            {
+                self.progress[robot as usize] = Progress::AtStop(service);
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
@@ -237,8 +237,8 @@ impl Manager {
             }
         }
         // A robot that stalls hasn't finished.
-        if let Progress::Handling(until) = self.progress[robot as usize]
-            && now_secs >= until
+        if let Progress::AtStop(service) = self.progress[robot as usize]
+            && now_secs >= service.end_secs
             && self.steering.robot(robot).is_none_or(|state| !state.is_stalled)
         {
             match self.orders.handled(robot, now_secs) {

@@ -44,9 +44,10 @@ impl OrderLog {
             }
             Change::Assigned { robot } => record(id, OrderKind::Assigned, Some(*robot)),
             Change::Withdrawn { robot } => record(id, OrderKind::Withdrawn, Some(*robot)),
-            Change::Arrived { robot, stop } => {
-                self.at_stop(record(id, OrderKind::Arrived, Some(*robot)), *stop)
-            }
+            Change::Arrived { robot, stop, wait_secs } => OrderRecord {
+                dwell_secs: *wait_secs as f32,
+                ..self.at_stop(record(id, OrderKind::Arrived, Some(*robot)), *stop)
+            },
             Change::Handled { robot, stop } => {
                 self.at_stop(record(id, OrderKind::Handled, Some(*robot)), *stop)
             }

@@ -26,7 +26,10 @@ pub struct Effort {
     /// Those with a load.
     #[serde(default)]
     pub loaded_secs: f64,
-    /// Those at a stop.
+    /// Those at a stop, where they wait for an operator, for a place, or until it opens.
+    #[serde(default)]
+    pub station_secs: f64,
+    /// Those at a stop, where they are served.
     #[serde(default)]
     pub handling_secs: f64,
     /// Robot seconds without an order at a charger, or on the way to one.
@@ -55,6 +58,7 @@ impl Effort {
         self.waiting_secs += other.waiting_secs;
         self.empty_secs += other.empty_secs;
         self.loaded_secs += other.loaded_secs;
+        self.station_secs += other.station_secs;
         self.handling_secs += other.handling_secs;
         self.charging_secs += other.charging_secs;
         self.parked_secs += other.parked_secs;
@@ -64,14 +68,21 @@ impl Effort {
         self.empty_metres += other.empty_metres;
     }
 
-    /// Returns the part that the time of a robot belongs to.
-    fn part(&mut self, waits: bool, work: RobotWork, activity: Option<Activity>) -> &mut f64 {
+    /// Returns the part that the time of a robot up to a tick belongs to.
+    fn part(
+        &mut self,
+        waits: bool,
+        work: RobotWork,
+        activity: Option<Activity>,
+        tick: u64,
+    ) -> &mut f64 {
         match (work.orders > 0, activity) {
             _ if waits => &mut self.waiting_secs,
             (
                 _,
                 Some(Activity::Held | Activity::Broken | Activity::Faulted | Activity::Stalled),
             ) => &mut self.down_secs,
+            (true, _) if work.at_stops > 0 && tick <= work.served_from => &mut self.station_secs,
             (true, _) if work.at_stops > 0 => &mut self.handling_secs,
             (true, _) if work.loads > 0 => &mut self.loaded_secs,
             (true, _) => &mut self.empty_secs,
@@ -189,7 +200,7 @@ impl Meter {
             }
             self.robots += 1;
             let activity = activities.get(robot as usize).and_then(|it| ACTIVITY.element(*it));
-            *effort.part(waits, work, activity) += secs;
+            *effort.part(waits, work, activity, self.now.tick) += secs;
             effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
             if work.loads > 0 {

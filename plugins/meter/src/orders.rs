@@ -37,6 +37,14 @@ pub struct Now {
     pub secs: f64,
 }
 
+impl Now {
+    /// Returns the tick after some seconds from now.
+    fn tick_after(self, secs: f64) -> u64 {
+        let ticks = secs * self.tick as f64 / self.secs;
+        self.tick.saturating_add(ticks.round() as u64)
+    }
+}
+
 impl Finished {
     /// Whether it was finished after its deadline; `None` if it has none.
     pub fn is_late(&self) -> Option<bool> {
@@ -70,8 +78,8 @@ struct Open {
     robot: Option<u32>,
     /// Loads that were picked and not dropped yet.
     loads: i32,
-    /// Whether its robot is at a stop.
-    is_at_stop: bool,
+    /// Its robot is at a stop, where it is served from this tick on.
+    served_from: Option<u64>,
     clock: OrderClock,
     /// The ids of the nodes of its first and its last stop.
     ends: Option<[u32; 2]>,
@@ -85,7 +93,7 @@ impl Open {
             stops: record.detail,
             robot: None,
             loads: 0,
-            is_at_stop: false,
+            served_from: None,
             clock: OrderClock::new(now.tick),
             ends: None,
         }
@@ -102,11 +110,26 @@ impl Open {
         }
     }
 
-    /// The phase of an order; `is_waiting` tells whether its robot waits for room.
-    fn phase(&self, is_waiting: bool) -> Phase {
-        match (self.robot, self.is_at_stop) {
+    /// Turns to the phase of a tick.
+    fn turn(&mut self, is_waiting: bool, tick: u64) {
+        self.begin_service(tick);
+        let phase = self.phase(is_waiting, tick);
+        self.clock.turn(phase, tick);
+    }
+
+    /// Ends the wait at a stop if the service there has begun up to a tick.
+    fn begin_service(&mut self, tick: u64) {
+        if let Some(served_from) = self.served_from.filter(|served_from| *served_from <= tick) {
+            self.clock.turn(Phase::Handling, served_from);
+        }
+    }
+
+    /// The phase of an order at a tick; `is_waiting` tells whether its robot waits for room.
+    fn phase(&self, is_waiting: bool, tick: u64) -> Phase {
+        match (self.robot, self.served_from) {
             (None, _) => Phase::Assignment,
-            (_, true) => Phase::Handling,
+            (_, Some(served_from)) if tick < served_from => Phase::Station,
+            (_, Some(_)) => Phase::Handling,
             _ if is_waiting => Phase::Traffic,
             _ if self.loads > 0 => Phase::Loaded,
             _ => Phase::Empty,
@@ -123,6 +146,8 @@ pub struct RobotWork {
     pub loads: i32,
     /// The number of its orders at whose stops it is.
     pub at_stops: i32,
+    /// The tick from which on it is served at the stop to which it came last.
+    pub served_from: u64,
 }
 
 /// A robot that has had an order.
@@ -160,7 +185,7 @@ impl Orders {
         self.take_change(kind, record, now);
         if let Some(open) = self.open.get_mut(&record.order) {
             let robot = open.robot.and_then(|robot| self.robots.get(&robot));
-            let phase = open.phase(robot.is_some_and(|robot| robot.is_waiting));
+            let phase = open.phase(robot.is_some_and(|robot| robot.is_waiting), now.tick);
             open.clock.begin(phase, now.tick);
         }
     }
@@ -179,12 +204,14 @@ impl Orders {
             }
             OrderKind::Withdrawn => self.release(record.order),
             OrderKind::Arrived => {
-                if !std::mem::replace(&mut open.is_at_stop, true) {
-                    self.robots.entry(record.robot).or_default().work.at_stops += 1;
-                }
+                let served_from = now.tick_after(record.dwell_secs.into());
+                let work = &mut self.robots.entry(record.robot).or_default().work;
+                work.at_stops += i32::from(open.served_from.replace(served_from).is_none());
+                work.served_from = served_from;
             }
             OrderKind::Handled => {
-                if std::mem::take(&mut open.is_at_stop) {
+                open.begin_service(now.tick);
+                if open.served_from.take().is_some() {
                     self.robots.entry(record.robot).or_default().work.at_stops -= 1;
                 }
                 let change = match record.action() {
@@ -236,8 +263,7 @@ impl Orders {
         self.robots.entry(robot).or_default().is_waiting = is_waiting;
         for (_, order) in self.assigned.range(orders_of(robot)) {
             if let Some(open) = self.open.get_mut(order) {
-                let phase = open.phase(is_waiting);
-                open.clock.turn(phase, since_tick);
+                open.turn(is_waiting, since_tick);
             }
         }
     }
@@ -260,7 +286,7 @@ impl Orders {
     fn release(&mut self, order: u64) {
         let Some(open) = self.open.get_mut(&order) else { return };
         let loads = std::mem::take(&mut open.loads);
-        let is_at_stop = std::mem::take(&mut open.is_at_stop);
+        let is_at_stop = open.served_from.take().is_some();
         if let Some(robot) = open.robot.take() {
             self.assigned.remove(&(robot, order));
             self.add(robot, -1, -loads);
@@ -419,5 +445,29 @@ mod tests {
             finished += orders.finished.len();
         }
         assert!(finished > 1000, "{finished} orders");
+    }
+
+    /// 10 ticks a second: the robot comes at 20 s, waits for 4 s, and is handled until 30 s.
+    #[test]
+    fn a_wait_at_a_station_is_a_part_of_its_own() {
+        let mut orders = Orders::default();
+        orders.take(&OrderRecord { detail: 1, ..record(OrderKind::Created) }, now(10.0));
+        orders.take(&record(OrderKind::Assigned), now(12.0));
+        let arrived = OrderRecord { dwell_secs: 4.0, ..record(OrderKind::Arrived) };
+        orders.take(&arrived, now(20.0));
+        assert_eq!(orders.robots_in_turn()(3).work.served_from, 240);
+        // A frame that was late turns to the phase of its tick, and takes nothing from the wait.
+        orders.set_waiting(3, false, 250);
+        orders.take(&record(OrderKind::Handled).at_stop(0, 5, StopAction::Pick), now(30.0));
+        orders.take(&record(OrderKind::Finished), now(30.0));
+        let expected =
+            Parts { assignment: 20, empty: 80, station: 40, handling: 60, ..Parts::default() };
+        assert_eq!(orders.finished[0].parts, expected);
+        // A station that never opens.
+        orders.take(&record(OrderKind::Created), now(40.0));
+        orders.take(&record(OrderKind::Assigned), now(41.0));
+        let never = OrderRecord { dwell_secs: f32::INFINITY, ..record(OrderKind::Arrived) };
+        orders.take(&never, now(42.0));
+        assert_eq!(orders.robots_in_turn()(3).work.served_from, u64::MAX);
     }
 }

@@ -17,13 +17,15 @@ pub enum Phase {
     Loaded,
     /// Its robot waits for room.
     Traffic,
-    /// Its robot is at a stop.
+    /// Its robot is at a stop, and waits to be served.
+    Station,
+    /// Its robot is at a stop, and is served.
     Handling,
 }
 
 /// The parts of an order's time, in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "[u64; 5]", into = "[u64; 5]")]
+#[serde(from = "[u64; 6]", into = "[u64; 6]")]
 pub struct Parts {
     /// Without a robot.
     pub assignment: u64,
@@ -33,27 +35,29 @@ pub struct Parts {
     pub loaded: u64,
     /// Waiting for room.
     pub traffic: u64,
-    /// At stops.
+    /// Waiting at stops for an operator, for a place, or until they open.
+    pub station: u64,
+    /// At stops, served.
     pub handling: u64,
 }
 
-impl From<[u64; 5]> for Parts {
-    fn from([assignment, empty, loaded, traffic, handling]: [u64; 5]) -> Self {
-        Self { assignment, empty, loaded, traffic, handling }
+impl From<[u64; 6]> for Parts {
+    fn from([assignment, empty, loaded, traffic, station, handling]: [u64; 6]) -> Self {
+        Self { assignment, empty, loaded, traffic, station, handling }
     }
 }
 
-impl From<Parts> for [u64; 5] {
+impl From<Parts> for [u64; 6] {
     fn from(parts: Parts) -> Self {
-        let Parts { assignment, empty, loaded, traffic, handling } = parts;
-        [assignment, empty, loaded, traffic, handling]
+        let Parts { assignment, empty, loaded, traffic, station, handling } = parts;
+        [assignment, empty, loaded, traffic, station, handling]
     }
 }
 
 impl Parts {
     /// The sum.
     pub fn total(&self) -> u64 {
-        <[u64; 5]>::from(*self).iter().sum()
+        <[u64; 6]>::from(*self).iter().sum()
     }
 
     fn of(&mut self, phase: Phase) -> &mut u64 {
@@ -62,6 +66,7 @@ impl Parts {
             Phase::Empty => &mut self.empty,
             Phase::Loaded => &mut self.loaded,
             Phase::Traffic => &mut self.traffic,
+            Phase::Station => &mut self.station,
             Phase::Handling => &mut self.handling,
         }
     }
@@ -119,10 +124,11 @@ mod tests {
         // The frame in which the robot waits no more has come later than the event.
         clock.turn(Phase::Handling, 18);
         let parts = clock.stop_at(27);
-        let expected = Parts { assignment: 4, empty: 1, loaded: 0, traffic: 5, handling: 7 };
+        let expected =
+            Parts { assignment: 4, empty: 1, traffic: 5, handling: 7, ..Parts::default() };
         assert_eq!((parts, parts.total()), (expected, 17));
         let text = serde_json::to_string(&parts).expect("JSON");
-        assert_eq!(text, "[4,1,0,5,7]");
+        assert_eq!(text, "[4,1,0,5,0,7]");
         assert_eq!(serde_json::from_str::<Parts>(&text).expect("parts"), parts);
     }
 

@@ -71,7 +71,7 @@ impl LiveLoad {
     /// Notes that an order is finished.
     pub fn finish(&mut self, number: u64, secs: f64) {
         let Some(robot) = self.robots.remove(&OrderId(number)) else { return };
-        while self.pool.arrived(robot, secs) {
+        while self.pool.arrived(robot, secs).is_some() {
             self.pool.handled(robot, secs);
         }
         self.pool.events();

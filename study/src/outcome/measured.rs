@@ -7,7 +7,7 @@ use regatta_meter::meter::Effort;
 use regatta_meter::orders::Finished;
 use serde::{Deserialize, Serialize};
 
-use super::time_split::{of_orders, of_robots};
+use super::time_split::{ORDER_PARTS, ROBOT_PARTS, of_orders, of_robots};
 use super::{Example, Outcome, Stall};
 use crate::job::Ending;
 use crate::statistics::{percentile, warm_up};
@@ -69,10 +69,10 @@ pub struct Measured {
     /// The part of the way that was driven without a load, from 0 to 1; `None` if no robot had one.
     pub empty: Option<f64>,
     /// The mean parts of an order's time, in seconds
-    /// ([`ORDER_PARTS`](super::ORDER_PARTS)); of finished orders.
-    pub order_time: Option<[f64; 5]>,
-    /// The parts of the robots' time ([`ROBOT_PARTS`](super::ROBOT_PARTS)), each from 0 to 1.
-    pub robot_time: Option<[f64; 8]>,
+    /// ([`ORDER_PARTS`]); of finished orders.
+    pub order_time: Option<[f64; ORDER_PARTS.len()]>,
+    /// The parts of the robots' time ([`ROBOT_PARTS`]), each from 0 to 1.
+    pub robot_time: Option<[f64; ROBOT_PARTS.len()]>,
     /// Contacts that the validator found.
     pub contacts: u64,
     /// Times in which robots with orders made no progress.
@@ -334,7 +334,7 @@ mod tests {
         assert_eq!((measured.orders_per_hour, measured.stops_per_hour), (1800.0, 3600.0));
         let service = measured.service.expect("orders");
         assert_eq!((service.p50_secs, service.p99_secs, service.longest_secs), (49.0, 98.0, 99.0));
-        assert_eq!(measured.order_time, Some([0.0, 15.0, 0.0, 0.0, 5.0]));
+        assert_eq!(measured.order_time, Some([0.0, 15.0, 0.0, 0.0, 0.0, 5.0]));
         let robots = measured.robot_time.expect("robots");
         assert_eq!((robots[0], robots[2], robots[7]), (0.5, 0.25, 0.25));
         assert_eq!((measured.late, measured.end), (Some(0.5), RunEnd::AtTime));

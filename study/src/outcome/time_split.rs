@@ -9,15 +9,22 @@ use regatta_meter::orders::Finished;
 use super::Outcome;
 
 /// The parts of an order's time from its creation to its end, which add up to it.
-pub const ORDER_PARTS: [&str; 5] =
-    ["waiting for a robot", "way empty", "way loaded", "waiting in traffic", "handling"];
-/// The part of a robot's time in which it charges, or drives to a charger.
-pub const CHARGING: &str = "charging";
-/// The parts of a robot's time, which add up to it.
-pub const ROBOT_PARTS: [&str; 8] = [
+pub const ORDER_PARTS: [&str; 6] = [
+    "waiting for a robot",
     "way empty",
     "way loaded",
     "waiting in traffic",
+    "waiting at a station",
+    "handling",
+];
+/// The part of a robot's time in which it charges, or drives to a charger.
+pub const CHARGING: &str = "charging";
+/// The parts of a robot's time, which add up to it.
+pub const ROBOT_PARTS: [&str; 9] = [
+    "way empty",
+    "way loaded",
+    "waiting in traffic",
+    "waiting at a station",
     "handling",
     CHARGING,
     "parked",
@@ -38,7 +45,7 @@ pub struct OrderTime {
 impl OrderTime {
     fn add(&mut self, order: &Finished, tick_secs: f64) {
         self.orders += 1.0;
-        for (sum, ticks) in self.parts_secs.iter_mut().zip(<[u64; 5]>::from(order.parts)) {
+        for (sum, ticks) in self.parts_secs.iter_mut().zip(<[u64; 6]>::from(order.parts)) {
             *sum += ticks as f64 * tick_secs;
         }
     }
@@ -103,6 +110,7 @@ pub fn of_robots(effort: &Effort) -> Option<[f64; ROBOT_PARTS.len()]> {
         effort.empty_secs,
         effort.loaded_secs,
         effort.waiting_secs,
+        effort.station_secs,
         effort.handling_secs,
         effort.charging_secs,
         effort.parked_secs,

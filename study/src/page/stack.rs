@@ -8,7 +8,8 @@ use super::chart::{COLOURS, label};
 const SIZE: (u32, u32) = (900, 420);
 const FONT: (&str, i32) = ("sans-serif", 16);
 /// The colours of parts beyond those of lines.
-const MORE_COLOURS: [RGBColor; 2] = [RGBColor(190, 198, 206), RGBColor(240, 228, 66)];
+const MORE_COLOURS: [RGBColor; 3] =
+    [RGBColor(190, 198, 206), RGBColor(240, 228, 66), RGBColor(136, 84, 32)];
 /// The height of a line of the legend, and the x and the width of a name there.
 const LEGEND_LINE: i32 = 22;
 const FIRST_NAME: i32 = 82;

@@ -45,7 +45,8 @@ pub struct OrderRecord {
     pub node: u32,
     /// `Stop`, `Arrived`, `Handled`: a [`StopAction`].
     pub action: u32,
-    /// `Stop`: the shortest time that a robot stands at the stop, in seconds.
+    /// `Stop`: the shortest time that a robot stands at the stop, in seconds. `Arrived`: the time
+    /// for which it waits there until its dwell begins, in seconds.
     pub dwell_secs: f32,
     /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's
     /// number of the reason. `Unroutable`: an [`Obstacle`].
@@ -66,7 +67,8 @@ numbered! {
         Assigned = 3,
         /// The order was taken from its robot before the first pick.
         Withdrawn = 4,
-        /// The robot stands at a stop, and its dwell begins.
+        /// The robot stands at a stop. Its dwell begins, unless it waits there for an operator, for
+        /// a place for its load, or until the station opens.
         Arrived = 5,
         /// The dwell is over: the load is picked or dropped, for example.
         Handled = 6,

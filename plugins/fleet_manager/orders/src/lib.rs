@@ -41,7 +41,7 @@
 //!     }
 //!     for robot in [0, 1] {
 //!         // When it stands at the node of its stop, and when the dwell time is over:
-//!         if orders.arrived(robot, now) {
+//!         if orders.arrived(robot, now).is_some() {
 //!             match orders.handled(robot, now) {
 //!                 Some(Next::Stop(_stop)) => { /* plan a route to _stop.node */ }
 //!                 Some(Next::Done) | None => {}
@@ -73,6 +73,7 @@ pub mod places;
 pub mod pool;
 #[cfg(feature = "http")]
 mod schema;
+mod stations;
 #[cfg(feature = "store")]
 pub mod store;
 #[cfg_attr(
@@ -108,6 +109,7 @@ pub use places::{Place, PlaceError, Places};
 pub use pool::{Assignments, Held, LoadStops, Next, OrderPool};
 #[cfg(feature = "http")]
 pub use regatta_kit::private::{TokenError, read_token};
+pub use stations::Service;
 pub use store::StoreError;
 pub use threads::{Vehicle, WithdrawError};
 pub use timetable::check_orders;

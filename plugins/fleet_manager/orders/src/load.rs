@@ -27,7 +27,8 @@
 //!       to: north
 //! ```
 //!
-//! A generator may also be a file of orders ([`timetable`](super::timetable)).
+//! A generator may also be a file of orders ([`timetable`](super::timetable)). The key `stations` has
+//! operators, opening times and buffers ([`stations`](super::stations)).
 //!
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
 //! have further keys beside `load`: it may be a scenario.
@@ -42,13 +43,14 @@ use regatta_base::yaml::{self, Fields, Node};
 
 use self::arrival::batch;
 pub(super) use self::arrival::{Arrival, Batch, Shift};
-use self::groups::Groups;
+pub(super) use self::groups::Groups;
 #[cfg(test)]
 pub(super) use self::stops::Flow;
 pub(super) use self::stops::{Stops, Transport};
 use super::dwell::Dwell;
 use super::file::{FileError, text_of};
 use super::places::Places;
+use super::stations::{self, StationSettings};
 use super::timetable::Timetable;
 
 /// A valid description of a load.
@@ -60,6 +62,8 @@ pub struct Load {
     pub(super) generators: Vec<GeneratorSettings>,
     /// The timetables.
     pub(super) timetables: Vec<Timetable>,
+    /// Stations with operators, opening times or buffers.
+    pub(super) stations: Vec<StationSettings>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +77,7 @@ pub(super) struct GeneratorSettings {
     pub(super) deadline_secs: Option<f64>,
 }
 
-const LOAD_FIELDS: [&str; 3] = ["seed", "groups", "generators"];
+const LOAD_FIELDS: [&str; 4] = ["seed", "groups", "generators", "stations"];
 const GENERATOR_FIELDS: [&str; 19] = [
     "name",
     "from",
@@ -127,6 +131,7 @@ fn load(load: &Node, folder: Option<&Path>, places: &Places) -> Result<Load, yam
     let fields = load.fields(&all)?;
     let groups = Groups::read(fields.get("groups"), places)?;
     let seed = fields.optional("seed", |value| value.integer(i64::MAX as u64))?.unwrap_or(0);
+    let stations = fields.optional("stations", |list| stations::read(list, &groups))?;
     let mut entries = Vec::new();
     match fields.get("generators") {
         None => entries.push((load, fields)),
@@ -148,7 +153,7 @@ fn load(load: &Node, folder: Option<&Path>, places: &Places) -> Result<Load, yam
     names.sort();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
         Some(pair) => Err(load.error(format!("two generators have the name `{}`", pair[0]))),
-        None => Ok(Load { seed, generators, timetables }),
+        None => Ok(Load { seed, generators, timetables, stations: stations.unwrap_or_default() }),
     }
 }
 

@@ -300,8 +300,13 @@ pub enum Change {
     Assigned { robot: u32 },
     /// It was taken from a robot, and waits again.
     Withdrawn { robot: u32 },
-    /// Its robot came to a stop.
-    Arrived { robot: u32, stop: u32 },
+    /// Its robot came to a stop, where it waits for so long until it is served.
+    Arrived {
+        robot: u32,
+        stop: u32,
+        #[serde(skip)]
+        wait_secs: f64,
+    },
     /// Its robot has handled a stop.
     Handled { robot: u32, stop: u32 },
     /// All its stops are handled.

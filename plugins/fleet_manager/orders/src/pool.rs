@@ -11,6 +11,7 @@ use super::order::{
     Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop, Unroutable,
 };
 use super::places::Places;
+use super::stations::{Service, Stations};
 use super::threads::Threads;
 use super::threads::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 
@@ -62,6 +63,7 @@ pub struct OrderPool {
     /// Orders of files that are to come, the last one first.
     timetable: Vec<(f64, NewOrder)>,
     sources: Vec<Source>,
+    stations: Stations,
     /// The source of each open order that a generator made, as an index.
     made_by: BTreeMap<OrderId, usize>,
     next_id: u64,
@@ -164,17 +166,20 @@ impl OrderPool {
         self.held(robot).is_some_and(|held| held.is_bound)
     }
 
-    /// Notes that a robot is at its current stop. Returns whether it was driving to one.
-    pub fn arrived(&mut self, robot: u32, now_secs: f64) -> bool {
-        let Some(id) = self.order_in(robot, State::Travelling(robot)) else { return false };
-        let order = self.open.get_mut(&id).expect("an open order");
+    /// Notes that a robot is at its current stop. Returns its service there; `None` if it wasn't
+    /// driving to a stop.
+    pub fn arrived(&mut self, robot: u32, now_secs: f64) -> Option<Service> {
+        let id = self.order_in(robot, State::Travelling(robot))?;
+        let order = self.open.get_mut(&id)?;
+        let service = self.stations.serve(order.content.stops.get(order.handled_stops)?, now_secs);
         order.state = State::Handling(robot);
         let (stop, waited_secs) = (order.handled_stops as u32, now_secs - order.ready_secs());
         if stop == 0 {
             self.counts.waiting_secs.push(waited_secs as f32);
         }
-        self.note(id, now_secs, Change::Arrived { robot, stop });
-        true
+        let wait_secs = service.begin_secs - now_secs;
+        self.note(id, now_secs, Change::Arrived { robot, stop, wait_secs });
+        Some(service)
     }
 
     /// Records that a robot has handled its current stop. Returns the next step; `None` if it

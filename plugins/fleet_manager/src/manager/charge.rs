@@ -64,7 +64,7 @@ impl Manager {
             node: self.steering.base_end_node(robot),
             stop: self.orders.current_stop(robot).map(|stop| stop.node),
             is_bound: self.orders.is_bound(robot)
-                || matches!(self.progress[robot as usize], Progress::Handling(_)),
+                || matches!(self.progress[robot as usize], Progress::AtStop(_)),
             has_arrived: goal.is_some_and(|node| self.steering.has_arrived(robot, node)),
             is_unreachable: goal.is_some() && self.steering.is_unreachable(robot),
             is_broken: states[robot as usize] == RobotState::Broken as u8,

@@ -76,7 +76,10 @@ impl Manager {
     fn activity_with(&self, robot: u32, order: Option<Held>) -> Activity {
         let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
         match self.progress.get(robot as usize) {
-            Some(Progress::Handling(_)) => Activity::Handling,
+            Some(Progress::AtStop(service)) if self.steering.now() < service.begin_secs => {
+                Activity::Waiting
+            }
+            Some(Progress::AtStop(_)) => Activity::Handling,
             _ if state.is_held => Activity::Queued,
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             // At a door, or a lift.

@@ -2,7 +2,7 @@ use regatta_layout::ReadOptions;
 
 use super::*;
 use crate::answer::TimeAnswer;
-use crate::outcome::Measured;
+use crate::outcome::{Measured, ROBOT_PARTS};
 use crate::page::caveats::caveats;
 use crate::page::content::content;
 use crate::page::method::method;
@@ -171,7 +171,7 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
              load: {per_hour: 60, from: pick, to: drop}\n",
         );
         let answer = answer_to(plan, |_, _| {
-            let mut robot_time = [0.0; 8];
+            let mut robot_time = [0.0; ROBOT_PARTS.len()];
             (robot_time[4], robot_time[7]) = (charging, 1.0 - utilisation - charging);
             let run = measured(60.0);
             let robot_time = Some(robot_time);

@@ -8,9 +8,9 @@ use regatta_plugin::world::Role;
 use crate::places::{PlaceError, Places};
 
 /// The named groups of nodes.
-pub(super) struct Groups<'places> {
+pub(crate) struct Groups<'places> {
     named: BTreeMap<String, Vec<u32>>,
-    pub(super) places: &'places Places,
+    pub(crate) places: &'places Places,
 }
 
 impl<'places> Groups<'places> {
@@ -28,7 +28,7 @@ impl<'places> Groups<'places> {
 
     /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
     /// chargers.
-    pub(super) fn find(&self, field: Option<&Node>, role: Role) -> Result<Vec<u32>, yaml::Error> {
+    pub(crate) fn find(&self, field: Option<&Node>, role: Role) -> Result<Vec<u32>, yaml::Error> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
             if nodes.is_empty() || role == Role::None {

@@ -8,6 +8,7 @@ use super::{Change, Held, HistoryEntry, NewOrder, Order, OrderId, OrderPool, Sta
 use crate::file::TimedDraft;
 use crate::generator::{Generator, IsFeasible};
 use crate::load::Load;
+use crate::stations::Stations;
 use crate::timetable::check_orders;
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
@@ -92,6 +93,7 @@ impl OrderPool {
             generator.skip(made);
             self.sources.push(Source { generator, open: 0, unroutable: 0 });
         }
+        self.stations = Stations::new(&load.stations, load.seed);
         for timetable in &load.timetables {
             self.schedule(timetable.orders(load.seed), known);
         }
@@ -104,6 +106,7 @@ impl OrderPool {
     #[must_use]
     pub fn for_rehearsal(&self, number: u64) -> Self {
         let mut pool = Self::new(self.places.clone());
+        pool.stations = self.stations.unused();
         for source in &self.sources {
             let generator = source.generator.with_other_orders(number);
             pool.sources.push(Source { generator, open: 0, unroutable: 0 });

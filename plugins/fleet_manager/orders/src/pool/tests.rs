@@ -37,11 +37,14 @@ fn an_order_goes_from_stop_to_stop() {
     let mut pool = pool("- {name: a, stops: [{at: 3, action: pick, dwell: 5}, 7]}");
     assert_eq!(pool.assign(0.0, &candidates(&[8, 2]), &driving).assigned, [(OrderId(1), 2)]);
     assert_eq!(pool.current_stop(2).map(|stop| (stop.node, stop.dwell_secs)), Some((3, 5.0)));
-    assert!(pool.handled(2, 1.0).is_none() && !pool.arrived(8, 1.0), "neither is at a stop");
-    assert!(pool.arrived(2, 10.0) && !pool.arrived(2, 11.0));
+    assert!(
+        pool.handled(2, 1.0).is_none() && pool.arrived(8, 1.0).is_none(),
+        "neither is at a stop"
+    );
+    assert!(pool.arrived(2, 10.0).is_some() && pool.arrived(2, 11.0).is_none());
     assert!(matches!(pool.handled(2, 15.0), Some(Next::Stop(Stop { node: 7, .. }))));
     assert_eq!(pool.withdraw(2, 15.0), Err(WithdrawError::Begun));
-    assert!(pool.arrived(2, 60.0));
+    assert!(pool.arrived(2, 60.0).is_some());
     assert_eq!((pool.handled(2, 61.0), pool.order_of(2)), (Some(Next::Done), None));
     let figures = pool.figures(3600.0);
     assert_eq!((figures.orders.finished, figures.orders_per_hour), (1, 1.0));
@@ -50,7 +53,7 @@ fn an_order_goes_from_stop_to_stop() {
     assert_eq!(events.len(), 9, "{events:?}");
     assert_eq!(
         events[3..5],
-        [Change::Assigned { robot: 2 }, Change::Arrived { robot: 2, stop: 0 }]
+        [Change::Assigned { robot: 2 }, Change::Arrived { robot: 2, stop: 0, wait_secs: 0.0 }]
     );
 }
 
@@ -79,7 +82,7 @@ fn a_nearer_robot_takes_over_until_the_pick() {
         (changes.withdrawn, changes.assigned),
         (vec![(OrderId(1), 0)], vec![(OrderId(1), 4)])
     );
-    assert!(pool.arrived(4, 6.0));
+    assert!(pool.arrived(4, 6.0).is_some());
     assert_eq!(pool.assign(11.0, &candidates(&[0, 4, 5]), &driving), Assignments::default());
 }
 
@@ -140,7 +143,10 @@ fn perform(pool: &mut OrderPool, step: &Step, now: f64) {
     match step {
         Step::Generate => pool.generate_until(now, 6),
         Step::Assign(robots) => drop(pool.assign(now, &candidates(robots), &driving)),
-        Step::Arrive(robot) => assert!(!(pool.arrived(*robot, now) && pool.arrived(*robot, now))),
+        Step::Arrive(robot) => {
+            let arrivals = [pool.arrived(*robot, now), pool.arrived(*robot, now)];
+            assert!(arrivals[1].is_none(), "{arrivals:?}");
+        }
         Step::Handle(robot) => {
             assert!(pool.handled(*robot, now).is_none() || pool.handled(*robot, now).is_none())
         }
@@ -344,11 +350,11 @@ fn a_robot_is_sent_at_once_or_after_the_order_that_it_has_begun() {
         [(sent, 2), (OrderId(1), 5)]
     );
     assert!(pool.recall(2, 2.0) && !pool.recall(2, 2.0) && pool.order_of(2).is_none());
-    assert!(pool.arrived(5, 3.0) && pool.handled(5, 3.0).is_some());
+    assert!(pool.arrived(5, 3.0).is_some() && pool.handled(5, 3.0).is_some());
     let (later, is_free) = pool.send(5, 9, 0xAB, 4.0);
     assert!(!is_free && pool.order_of(5) == Some(OrderId(1)));
     assert!(pool.assign(60.0, &candidates(&[5]), &driving).assigned.is_empty());
-    assert!(pool.arrived(5, 61.0) && pool.handled(5, 61.0) == Some(Next::Done));
+    assert!(pool.arrived(5, 61.0).is_some() && pool.handled(5, 61.0) == Some(Next::Done));
     let (replaced, is_free) = pool.send(5, 1, 0xAB, 61.0);
     assert!(
         is_free && replaced != later && pool.order(later).is_none(),

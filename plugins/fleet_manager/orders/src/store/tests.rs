@@ -84,8 +84,8 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
     };
     let (begun, over) =
         (robot_of(&pool, "begun").expect("assigned"), robot_of(&pool, "over").expect("assigned"));
-    assert!(pool.arrived(begun, 1.0) && pool.handled(begun, 2.0).is_some());
-    assert!(pool.arrived(over, 1.0) && pool.handled(over, 2.0).is_some());
+    assert!(pool.arrived(begun, 1.0).is_some() && pool.handled(begun, 2.0).is_some());
+    assert!(pool.arrived(over, 1.0).is_some() && pool.handled(over, 2.0).is_some());
     pool.publish(2.0);
     drop(pool);
 

@@ -218,7 +218,7 @@ fn withdrawals_are_answered_by_the_book() {
     let (status, answer) = ticking(&mut pool, withdraw("/v1/transportOrders/a/withdrawal"));
     assert_eq!((status, &answer["error"]), (409, &json!("the order is over")));
     pool.assign(1.0, &[Candidate { robot: 0, position: Vec2::ZERO }], &|_, _| Some(1.0));
-    assert!(pool.arrived(0, 1.0) && pool.handled(0, 1.0).is_some());
+    assert!(pool.arrived(0, 1.0).is_some() && pool.handled(0, 1.0).is_some());
     assert_eq!(ticking(&mut pool, withdraw("/v1/transportOrders/b/withdrawal")).0, 409);
     assert_eq!(
         ticking(&mut pool, withdraw("/v1/transportOrders/b/withdrawal?immediate=true")).0,
