@@ -196,7 +196,7 @@ impl<'a> Results<'a> {
             (
                 "robots' time",
                 format!(
-                    "{:.1} % with an order, {:.1} % waiting for room or a route",
+                    "{:.1} % with an order, {:.1} % waiting for room, a route, a door or a lift",
                     100.0 * self.part(|effort| effort.ordered_secs),
                     100.0 * self.part(|effort| effort.waiting_secs)
                 ),

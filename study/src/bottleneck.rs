@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use regatta_layout::{EdgeChange, NodeIndex, RouteGraph};
+use regatta_layout::{EdgeChange, EdgeIndex, NodeIndex, RouteGraph};
 use serde::Serialize;
 
 use crate::answer::Difference;
@@ -33,6 +33,9 @@ pub struct Bottleneck {
     pub robots_waiting: f64,
     /// The part of all waiting, from 0 to 1.
     pub share: f64,
+    /// The doors and lifts that all of these edges lead through: robots wait for them, too.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub facilities: Vec<String>,
     /// The change that may relieve it.
     pub remedy: Option<Remedy>,
     /// The effect of the remedy, if it was tried.
@@ -82,6 +85,12 @@ pub fn bottlenecks(
             waited.sort_by(|a, b| b.caused_secs.total_cmp(&a.caused_secs));
             let sum: f64 = waited.iter().map(|edge| edge.caused_secs).sum();
             let place = graph.node(node);
+            let facilities = facilities(graph, &waited);
+            let remedy = match facilities.is_empty() {
+                true => remedy(variant, node, &waited, edges),
+                // Faster edges don't open a door, nor call a cabin.
+                false => None,
+            };
             Bottleneck {
                 node: place.id,
                 name: place.name().map(str::to_owned),
@@ -89,7 +98,8 @@ pub fn bottlenecks(
                 edges: waited.iter().map(|edge| edge.edge).collect(),
                 robots_waiting: sum / secs as f64,
                 share: sum / total,
-                remedy: remedy(variant, node, &waited, edges),
+                facilities,
+                remedy,
                 relief: None,
                 failure: None,
             }
@@ -98,6 +108,42 @@ pub fn bottlenecks(
     found.sort_by(|a, b| b.robots_waiting.total_cmp(&a.robots_waiting));
     found.truncate(LISTED);
     found
+}
+
+/// Returns the doors and lifts that lie on edges out of which robots are kept; none if one of the
+/// edges has neither.
+fn facilities(graph: &RouteGraph, kept_out: &[EdgeOutcome]) -> Vec<String> {
+    let mut found = Vec::new();
+    for edge in kept_out {
+        let Some(index) = graph.edge_by_id(edge.edge) else { return Vec::new() };
+        let names = on_edge(graph, index);
+        if names.is_empty() {
+            return Vec::new();
+        }
+        found.extend(names);
+    }
+    found.sort();
+    found.dedup();
+    found
+}
+
+/// Returns the doors and the lift of an edge: the lift that it enters or leaves.
+fn on_edge(graph: &RouteGraph, index: EdgeIndex) -> Vec<String> {
+    let edge = graph.edge(index);
+    let doors = graph.doors().iter().filter(|door| door.edges.contains(&index));
+    let mut names: Vec<String> = doors.map(|door| format!("door `{}`", door.name)).collect();
+    for lift in graph.lifts() {
+        let mut nodes = lift.levels.iter().flat_map(|level| &level.nodes);
+        if nodes.any(|node| [edge.origin, edge.destination].contains(node)) {
+            names.push(format!("lift `{}`", lift.name));
+        }
+    }
+    names
+}
+
+/// Whether an edge is a ride of a lift, whose time is that of the cabin.
+fn is_ride(graph: &RouteGraph, index: EdgeIndex) -> bool {
+    graph.lifts().iter().any(|lift| lift.rides.contains(&index))
 }
 
 /// Returns a remedy for a node: faster edges, if robots can drive faster than these allow, or else
@@ -111,10 +157,13 @@ fn remedy(
 ) -> Option<Remedy> {
     let graph: &RouteGraph = &variant.graph;
     let max_speed = variant.max_speed();
-    let at_node =
-        graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
-    let slow: Vec<u32> =
-        at_node.filter(|edge| edge.speed < 0.95 * max_speed).map(|edge| edge.id).collect();
+    let mut slow = Vec::new();
+    for (index, edge) in (0..).map(EdgeIndex).zip(graph.edges()) {
+        let is_at_node = edge.origin == node || edge.destination == node;
+        if is_at_node && edge.speed < 0.95 * max_speed && !is_ride(graph, index) {
+            slow.push(edge.id);
+        }
+    }
     if !slow.is_empty() {
         return Some(Remedy::Faster(slow));
     }
@@ -150,8 +199,34 @@ impl Bottleneck {
         changed.is_ok().then_some(relieved)
     }
 
-    /// Returns the place in words.
+    /// Returns the place in words, with the doors and lifts there.
     pub fn place(&self) -> String {
-        self.name.clone().unwrap_or_else(|| format!("node {}", self.node))
+        let name = self.name.clone().unwrap_or_else(|| format!("node {}", self.node));
+        match self.facilities.is_empty() {
+            true => name,
+            false => format!("{name} (behind {})", self.facilities.join(", ")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_layout::{ReadOptions, parse};
+
+    use super::*;
+
+    #[test]
+    fn a_place_behind_a_door_or_a_lift_names_them() {
+        let text = include_str!("../../graphs/two-levels.yaml");
+        let (graph, _) = parse(text, "plant.yaml", &ReadOptions::default()).expect("a layout");
+        let kept_out = |ids: &[u32]| {
+            let edges = ids.iter().map(|id| EdgeOutcome::new(*id));
+            facilities(&graph, &edges.collect::<Vec<_>>())
+        };
+        assert_eq!(kept_out(&[7]), ["door `hall`"]);
+        assert_eq!(kept_out(&[7, 20]), ["door `hall`", "door `store`"]);
+        assert!(kept_out(&[7, 1]).is_empty(), "robots wait elsewhere, too");
+        let into_cabin = graph.edges().iter().find(|edge| graph.node(edge.destination).id == 11);
+        assert_eq!(kept_out(&[into_cabin.expect("an edge").id]), ["lift `lift`"]);
     }
 }

@@ -172,10 +172,22 @@ fn sinks(network: &Network<'_>) -> Vec<NodeIndex> {
 }
 
 fn in_the_way(network: &Network<'_>, conflicts: &Conflicts) -> Vec<InTheWay> {
-    let nodes = (0..network.nodes()).filter(|&node| !conflicts.touched(node).is_empty());
-    let found = nodes.map(|node| InTheWay {
-        node: NodeIndex(node),
-        edges: conflicts.touched(node).iter().copied().map(EdgeIndex).collect(),
-    });
-    found.collect()
+    let mut found = Vec::new();
+    for node in (0..network.nodes()).map(NodeIndex) {
+        let touched = conflicts.touched(node.0).iter().copied().map(EdgeIndex);
+        let edges: Vec<EdgeIndex> =
+            touched.filter(|edge| !is_ride_past(network.graph, *edge, node)).collect();
+        if !edges.is_empty() {
+            found.push(InTheWay { node, edges });
+        }
+    }
+    found
+}
+
+/// Whether an edge is a ride of the lift in whose cabin robots are at a node: the cabin isn't at
+/// both.
+fn is_ride_past(graph: &RouteGraph, edge: EdgeIndex, node: NodeIndex) -> bool {
+    graph.lifts().iter().any(|lift| {
+        lift.rides.contains(&edge) && lift.levels.iter().any(|level| level.nodes.contains(&node))
+    })
 }

@@ -257,7 +257,7 @@ impl Steering {
         self.cancel_remains();
         if self.is_ready() {
             self.settle_evicted();
-            if now >= self.next_check {
+            if now >= self.next_check || self.is_blocker_back() {
                 self.close_roads();
             }
             self.plan();

@@ -6,7 +6,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Now, Orders, Robot, RobotWork, Unfinished};
+use crate::orders::{Finished, Hindrance, Now, Orders, Robot, RobotWork, Unfinished};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -18,7 +18,8 @@ pub struct Effort {
     pub robot_secs: f64,
     /// Robot seconds with an order.
     pub ordered_secs: f64,
-    /// Robot seconds in which robots stand and wait for room to drive on, or for a route.
+    /// Robot seconds in which robots stand and wait for room to drive on, for a route, a door or a
+    /// lift.
     pub waiting_secs: f64,
     /// Robot seconds of robots with an order and without a load that don't wait.
     #[serde(default)]
@@ -71,17 +72,14 @@ impl Effort {
     /// Returns the part that the time of a robot up to a tick belongs to.
     fn part(
         &mut self,
-        waits: bool,
+        hindrance: Hindrance,
         work: RobotWork,
         activity: Option<Activity>,
         tick: u64,
     ) -> &mut f64 {
         match (work.orders > 0, activity) {
-            _ if waits => &mut self.waiting_secs,
-            (
-                _,
-                Some(Activity::Held | Activity::Broken | Activity::Faulted | Activity::Stalled),
-            ) => &mut self.down_secs,
+            _ if hindrance == Hindrance::Traffic => &mut self.waiting_secs,
+            _ if hindrance == Hindrance::Down => &mut self.down_secs,
             (true, _) if work.at_stops > 0 && tick <= work.served_from => &mut self.station_secs,
             (true, _) if work.at_stops > 0 => &mut self.handling_secs,
             (true, _) if work.loads > 0 => &mut self.loaded_secs,
@@ -134,8 +132,8 @@ pub struct Meter {
     orders: Orders,
     /// By robot: whether it stood in the last frame.
     stood: Vec<bool>,
-    /// The robots that begin or end to wait for room in a frame, and whether they wait.
-    turns: Vec<(u32, bool)>,
+    /// The robots whose hindrances change in a frame.
+    turns: Vec<(u32, Hindrance)>,
     samples_missed: u64,
     /// Whether a sample of the order log has come.
     has_begun: bool,
@@ -173,34 +171,35 @@ impl Meter {
         let before = std::mem::replace(&mut self.now, now);
         let secs = (now.secs - before.secs).max(0.0);
         let effort = self.effort(columns, activities, secs);
-        for (robot, is_waiting) in self.turns.drain(..) {
-            self.orders.set_waiting(robot, is_waiting, before.tick);
+        for (robot, hindrance) in self.turns.drain(..) {
+            self.orders.hinder(robot, hindrance, before.tick);
         }
         self.add(&effort, now.secs);
     }
 
     /// Returns the effort of a frame that stands for some seconds. Counts the robots, and notes
-    /// those that begin or end to wait for room.
+    /// those whose hindrances change.
     fn effort(&mut self, columns: &Columns<'_>, activities: &[f32], secs: f64) -> Effort {
         let mut effort = Effort::default();
         self.robots = 0;
         self.stood.resize(columns.state.len(), false);
         let mut robot_of = self.orders.robots_in_turn();
         for (robot, (&state, &speed)) in (0..).zip(columns.state.iter().zip(columns.speed)) {
-            let Robot { work, is_waiting } = robot_of(robot);
+            let Robot { work, hindrance: before } = robot_of(robot);
             let stands = stands(state, speed);
             // In the time of a frame in which it comes to stand, it has driven.
             let has_stood = std::mem::replace(&mut self.stood[robot as usize], stands);
             let waits = stands && has_stood && waits(state, work);
-            if waits != is_waiting {
-                self.turns.push((robot, waits));
+            let activity = activities.get(robot as usize).and_then(|it| ACTIVITY.element(*it));
+            let hindrance = hindrance(waits, state, activity);
+            if hindrance != before {
+                self.turns.push((robot, hindrance));
             }
             if state == RobotState::Absent as u8 {
                 continue;
             }
             self.robots += 1;
-            let activity = activities.get(robot as usize).and_then(|it| ACTIVITY.element(*it));
-            *effort.part(waits, work, activity, self.now.tick) += secs;
+            *effort.part(hindrance, work, activity, self.now.tick) += secs;
             effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
             if work.loads > 0 {
@@ -243,6 +242,19 @@ impl Meter {
 /// Whether a robot stands, at the end of its released base or without a route.
 fn stands(state: u8, speed: f32) -> bool {
     state == RobotState::Waiting as u8 || (state == RobotState::Idle as u8 && speed == 0.0)
+}
+
+/// The hindrance of a robot; `waits` tells whether it waits for room. `published` is its activity as
+/// its manager tells it.
+fn hindrance(waits: bool, state: u8, published: Option<Activity>) -> Hindrance {
+    let own = Activity::of_state(RobotState::from_number(state));
+    match own {
+        _ if waits => Hindrance::Traffic,
+        None => Hindrance::None,
+        Some(own) if !own.can_move() => Hindrance::Down,
+        Some(_) if published.is_some_and(|known| !known.can_move()) => Hindrance::Down,
+        Some(_) => Hindrance::None,
+    }
 }
 
 /// Whether a robot that stands waits for room: for the release of its route, or for a route

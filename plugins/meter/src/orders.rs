@@ -111,26 +111,27 @@ impl Open {
     }
 
     /// Turns to the phase of a tick.
-    fn turn(&mut self, is_waiting: bool, tick: u64) {
+    fn turn(&mut self, hindrance: Hindrance, tick: u64) {
         self.begin_service(tick);
-        let phase = self.phase(is_waiting, tick);
+        let phase = self.phase(hindrance, tick);
         self.clock.turn(phase, tick);
     }
 
     /// Ends the wait at a stop if the service there has begun up to a tick.
     fn begin_service(&mut self, tick: u64) {
         if let Some(served_from) = self.served_from.filter(|served_from| *served_from <= tick) {
-            self.clock.turn(Phase::Handling, served_from);
+            self.clock.end(Phase::Station, Phase::Handling, served_from);
         }
     }
 
-    /// The phase of an order at a tick; `is_waiting` tells whether its robot waits for room.
-    fn phase(&self, is_waiting: bool, tick: u64) -> Phase {
+    /// The phase of an order at a tick, whose robot has a hindrance.
+    fn phase(&self, hindrance: Hindrance, tick: u64) -> Phase {
         match (self.robot, self.served_from) {
             (None, _) => Phase::Assignment,
+            _ if hindrance == Hindrance::Down => Phase::Down,
             (_, Some(served_from)) if tick < served_from => Phase::Station,
             (_, Some(_)) => Phase::Handling,
-            _ if is_waiting => Phase::Traffic,
+            _ if hindrance == Hindrance::Traffic => Phase::Traffic,
             _ if self.loads > 0 => Phase::Loaded,
             _ => Phase::Empty,
         }
@@ -150,13 +151,25 @@ pub struct RobotWork {
     pub served_from: u64,
 }
 
+/// What keeps a robot from going on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hindrance {
+    /// Nothing.
+    #[default]
+    None,
+    /// It waits for room, a route, a door or a lift.
+    Traffic,
+    /// It is held, broken, faulted or stalled.
+    Down,
+}
+
 /// A robot that has had an order.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Robot {
     /// Its present work.
     pub work: RobotWork,
-    /// Whether it waited for room in the last frame.
-    pub is_waiting: bool,
+    /// Its hindrance in the last frame.
+    pub hindrance: Hindrance,
 }
 
 /// All orders so far.
@@ -185,7 +198,7 @@ impl Orders {
         self.take_change(kind, record, now);
         if let Some(open) = self.open.get_mut(&record.order) {
             let robot = open.robot.and_then(|robot| self.robots.get(&robot));
-            let phase = open.phase(robot.is_some_and(|robot| robot.is_waiting), now.tick);
+            let phase = open.phase(robot.map_or(Hindrance::None, |it| it.hindrance), now.tick);
             open.clock.begin(phase, now.tick);
         }
     }
@@ -257,13 +270,13 @@ impl Orders {
         .collect()
     }
 
-    /// Sets whether a robot waits for room in a frame, which stands for the time since the tick of
-    /// the frame before. The time of its orders is counted only where that changes.
-    pub fn set_waiting(&mut self, robot: u32, is_waiting: bool, since_tick: u64) {
-        self.robots.entry(robot).or_default().is_waiting = is_waiting;
+    /// Sets the hindrance of a robot in a frame, which stands for the time since the tick of the
+    /// frame before. The time of its orders is counted only where that changes.
+    pub fn hinder(&mut self, robot: u32, hindrance: Hindrance, since_tick: u64) {
+        self.robots.entry(robot).or_default().hindrance = hindrance;
         for (_, order) in self.assigned.range(orders_of(robot)) {
             if let Some(open) = self.open.get_mut(order) {
-                open.turn(is_waiting, since_tick);
+                open.turn(hindrance, since_tick);
             }
         }
     }
@@ -406,7 +419,7 @@ mod tests {
         match number {
             0 => of(OrderKind::Assigned),
             1 => of(OrderKind::Withdrawn),
-            2 => of(OrderKind::Arrived),
+            2 => OrderRecord { dwell_secs: robot as f32, ..of(OrderKind::Arrived) },
             3 => of(OrderKind::Handled).at_stop(0, 1, StopAction::Pick),
             4 => of(OrderKind::Handled).at_stop(1, 2, StopAction::Drop),
             5 => of(OrderKind::Unroutable),
@@ -422,9 +435,13 @@ mod tests {
         for seed in 0..20 {
             let (mut state, mut orders) = (seed, Orders::default());
             for tick in 0_u64..3000 {
-                let waiting = random(&mut state, 3) == 0;
+                let hindrance = match random(&mut state, 6) {
+                    0 | 1 => Hindrance::Traffic,
+                    2 => Hindrance::Down,
+                    _ => Hindrance::None,
+                };
                 for robot in (0..5).filter(|robot| robot % 2 == 0) {
-                    orders.set_waiting(robot, waiting, tick.saturating_sub(1));
+                    orders.hinder(robot, hindrance, tick.saturating_sub(1));
                 }
                 let now = Now { tick, secs: tick as f64 * TICK_SECS };
                 // In lockstep, the records of a tick come after its frame.
@@ -457,7 +474,7 @@ mod tests {
         orders.take(&arrived, now(20.0));
         assert_eq!(orders.robots_in_turn()(3).work.served_from, 240);
         // A frame that was late turns to the phase of its tick, and takes nothing from the wait.
-        orders.set_waiting(3, false, 250);
+        orders.hinder(3, Hindrance::None, 250);
         orders.take(&record(OrderKind::Handled).at_stop(0, 5, StopAction::Pick), now(30.0));
         orders.take(&record(OrderKind::Finished), now(30.0));
         let expected =
@@ -469,5 +486,21 @@ mod tests {
         let never = OrderRecord { dwell_secs: f32::INFINITY, ..record(OrderKind::Arrived) };
         orders.take(&never, now(42.0));
         assert_eq!(orders.robots_in_turn()(3).work.served_from, u64::MAX);
+    }
+
+    #[test]
+    fn the_time_of_a_broken_robot_is_no_way() {
+        let mut orders = Orders::default();
+        orders.take(&OrderRecord { detail: 1, ..record(OrderKind::Created) }, now(10.0));
+        orders.take(&record(OrderKind::Assigned), now(10.0));
+        orders.hinder(3, Hindrance::Down, 150);
+        orders.hinder(3, Hindrance::None, 250);
+        orders.take(&record(OrderKind::Arrived), now(30.0));
+        orders.hinder(3, Hindrance::Down, 320);
+        orders.hinder(3, Hindrance::None, 330);
+        orders.take(&record(OrderKind::Handled).at_stop(0, 5, StopAction::Pick), now(40.0));
+        orders.take(&record(OrderKind::Finished), now(40.0));
+        let expected = Parts { empty: 100, handling: 90, down: 110, ..Parts::default() };
+        assert_eq!(orders.finished[0].parts, expected);
     }
 }

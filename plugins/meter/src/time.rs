@@ -15,17 +15,19 @@ pub enum Phase {
     Empty,
     /// Its robot drives or turns with its load.
     Loaded,
-    /// Its robot waits for room.
+    /// Its robot waits for room, a route, a door or a lift.
     Traffic,
     /// Its robot is at a stop, and waits to be served.
     Station,
     /// Its robot is at a stop, and is served.
     Handling,
+    /// Its robot is held, broken, faulted or stalled.
+    Down,
 }
 
 /// The parts of an order's time, in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "[u64; 6]", into = "[u64; 6]")]
+#[serde(from = "[u64; 7]", into = "[u64; 7]")]
 pub struct Parts {
     /// Without a robot.
     pub assignment: u64,
@@ -33,31 +35,33 @@ pub struct Parts {
     pub empty: u64,
     /// On the way with the load.
     pub loaded: u64,
-    /// Waiting for room.
+    /// Waiting for room, a route, a door or a lift.
     pub traffic: u64,
     /// Waiting at stops for an operator, for a place, or until they open.
     pub station: u64,
     /// At stops, served.
     pub handling: u64,
+    /// With a robot that is held, broken, faulted or stalled.
+    pub down: u64,
 }
 
-impl From<[u64; 6]> for Parts {
-    fn from([assignment, empty, loaded, traffic, station, handling]: [u64; 6]) -> Self {
-        Self { assignment, empty, loaded, traffic, station, handling }
+impl From<[u64; 7]> for Parts {
+    fn from([assignment, empty, loaded, traffic, station, handling, down]: [u64; 7]) -> Self {
+        Self { assignment, empty, loaded, traffic, station, handling, down }
     }
 }
 
-impl From<Parts> for [u64; 6] {
+impl From<Parts> for [u64; 7] {
     fn from(parts: Parts) -> Self {
-        let Parts { assignment, empty, loaded, traffic, station, handling } = parts;
-        [assignment, empty, loaded, traffic, station, handling]
+        let Parts { assignment, empty, loaded, traffic, station, handling, down } = parts;
+        [assignment, empty, loaded, traffic, station, handling, down]
     }
 }
 
 impl Parts {
     /// The sum.
     pub fn total(&self) -> u64 {
-        <[u64; 6]>::from(*self).iter().sum()
+        <[u64; 7]>::from(*self).iter().sum()
     }
 
     fn of(&mut self, phase: Phase) -> &mut u64 {
@@ -68,6 +72,7 @@ impl Parts {
             Phase::Traffic => &mut self.traffic,
             Phase::Station => &mut self.station,
             Phase::Handling => &mut self.handling,
+            Phase::Down => &mut self.down,
         }
     }
 }
@@ -92,6 +97,13 @@ impl OrderClock {
     pub fn turn(&mut self, phase: Phase, tick: u64) {
         *self.parts.of(self.phase) += tick.saturating_sub(self.counted);
         (self.counted, self.phase) = (self.counted.max(tick), phase);
+    }
+
+    /// Ends a phase at a tick and begins another one, if it is the present one.
+    pub fn end(&mut self, phase: Phase, next: Phase, tick: u64) {
+        if self.phase == phase {
+            self.turn(next, tick);
+        }
     }
 
     /// Counts the ticks up to an event as the present phase. An event before the present phase
@@ -128,7 +140,7 @@ mod tests {
             Parts { assignment: 4, empty: 1, traffic: 5, handling: 7, ..Parts::default() };
         assert_eq!((parts, parts.total()), (expected, 17));
         let text = serde_json::to_string(&parts).expect("JSON");
-        assert_eq!(text, "[4,1,0,5,0,7]");
+        assert_eq!(text, "[4,1,0,5,0,7,0]");
         assert_eq!(serde_json::from_str::<Parts>(&text).expect("parts"), parts);
     }
 

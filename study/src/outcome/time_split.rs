@@ -9,13 +9,14 @@ use regatta_meter::orders::Finished;
 use super::Outcome;
 
 /// The parts of an order's time from its creation to its end, which add up to it.
-pub const ORDER_PARTS: [&str; 6] = [
+pub const ORDER_PARTS: [&str; 7] = [
     "waiting for a robot",
     "way empty",
     "way loaded",
     "waiting in traffic",
     "waiting at a station",
     "handling",
+    "robot out of service",
 ];
 /// The part of a robot's time in which it charges, or drives to a charger.
 pub const CHARGING: &str = "charging";
@@ -45,7 +46,7 @@ pub struct OrderTime {
 impl OrderTime {
     fn add(&mut self, order: &Finished, tick_secs: f64) {
         self.orders += 1.0;
-        for (sum, ticks) in self.parts_secs.iter_mut().zip(<[u64; 6]>::from(order.parts)) {
+        for (sum, ticks) in self.parts_secs.iter_mut().zip(<[u64; 7]>::from(order.parts)) {
             *sum += ticks as f64 * tick_secs;
         }
     }

@@ -79,7 +79,7 @@ fn late_in_runs_that_count(point: &PointAnswer) -> u64 {
     runs.map(|run| run.unserved).sum()
 }
 
-/// Tells that orders come faster than robots carry them.
+/// Tells that many orders are open at the end of a run.
 fn backlog(variant: &VariantAnswer) -> Option<String> {
     let point = variant.points.last()?;
     let open = point.open_orders?.mean;
@@ -88,8 +88,8 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     }
     let robots = robots_in_words(point.robots);
     Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: orders come \
-         faster than they are carried."
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: more came than \
+         the robots carried until then."
     ))
 }
 

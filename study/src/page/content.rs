@@ -117,7 +117,7 @@ type Figure = fn(&PointAnswer) -> Option<Interval>;
 /// The shares of the robots' time and way in the chart of their effort.
 const EFFORT: [(&str, Figure); 3] = [
     ("with an order", |point| point.utilisation),
-    ("waiting for room or a route", |point| point.waiting),
+    ("waiting in traffic", |point| point.waiting),
     ("of the way without a load", |point| point.empty),
 ];
 

@@ -24,7 +24,11 @@ pub(super) fn of_least(variant: &VariantAnswer, least: &LeastAnswer) -> String {
         robots_in_words(robots)
     );
     if let Some(binding) = &least.binding {
-        text += &format!(" With {}, {}.", binding.robots, missed(binding, variant.is_load_endless));
+        text += &format!(
+            " With {}, {}.",
+            binding.robots,
+            missed(binding, variant.is_load_endless, false)
+        );
     }
     if !least.worse.is_empty() {
         text += &format!(
@@ -56,7 +60,7 @@ fn of_none(variant: &VariantAnswer, least: &LeastAnswer) -> String {
         "{none}, meets the targets. {} {} closest: {}.",
         robots_in_words(binding.robots),
         if binding.robots == 1 { "comes" } else { "come" },
-        missed(binding, variant.is_load_endless)
+        missed(binding, variant.is_load_endless, binding.robots < least.most)
     )
 }
 
@@ -68,8 +72,9 @@ fn met(targets: &[TargetAnswer]) -> String {
     texts.collect::<Vec<_>>().join("; ")
 }
 
-/// The targets that a number of robots misses, and the reason.
-fn missed(binding: &Binding, is_load_endless: bool) -> String {
+/// The targets that a number of robots misses, and the reason. `are_more_worse` tells whether larger
+/// numbers were tried, which come less close.
+fn missed(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> String {
     // An endless load has open orders, and robots with an order, in any case.
     let open = binding.open_orders.filter(|_| !is_load_endless).map_or(0.0, |open| open.mean);
     let mut texts = Vec::new();
@@ -80,10 +85,12 @@ fn missed(binding: &Binding, is_load_endless: bool) -> String {
         ));
     }
     texts.extend(binding.targets.iter().filter_map(against));
-    if open >= 1.0 {
-        texts.push(format!("{open:.0} orders are open at the end"));
+    match open.round() {
+        0.0 => {}
+        1.0 => texts.push(String::from("1 order is open at the end")),
+        open => texts.push(format!("{open:.0} orders are open at the end")),
     }
-    texts.extend(reason(binding, is_load_endless));
+    texts.extend(reason(binding, is_load_endless, are_more_worse));
     texts.join(", and ")
 }
 
@@ -100,7 +107,7 @@ fn against(answer: &TargetAnswer) -> Option<String> {
 }
 
 /// Tells the bottleneck of a number of robots that misses targets.
-fn reason(binding: &Binding, is_load_endless: bool) -> Option<String> {
+fn reason(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Option<String> {
     let [waiting, busy] = [binding.waiting?, binding.utilisation?].map(|part| part.mean);
     match &binding.place {
         Some(place) if waiting >= MUCH_WAITING => Some(format!(
@@ -108,8 +115,12 @@ fn reason(binding: &Binding, is_load_endless: bool) -> Option<String> {
             100.0 * waiting
         )),
         _ if waiting >= MUCH_WAITING => {
-            Some(format!("robots wait for room {:.0} % of their time", 100.0 * waiting))
+            Some(format!("robots wait in traffic {:.0} % of their time", 100.0 * waiting))
         }
+        _ if busy >= BUSY && !is_load_endless && are_more_worse => Some(format!(
+            "robots have an order {:.0} % of the time, though more robots come less close",
+            100.0 * busy
+        )),
         _ if busy >= BUSY && !is_load_endless => Some(format!(
             "robots have an order {:.0} % of the time, so that there are too few of them",
             100.0 * busy
@@ -148,7 +159,15 @@ fn row(answer: &Answer, variant: &VariantAnswer) -> Vec<String> {
     }
     let binding = least.and_then(|least| least.binding.as_ref());
     row.push(binding.map_or_else(String::new, |binding| {
-        format!("with {}: {}", binding.robots, missed(binding, variant.is_load_endless))
+        format!(
+            "with {}: {}",
+            binding.robots,
+            missed(
+                binding,
+                variant.is_load_endless,
+                least.is_some_and(|least| binding.robots < least.most)
+            )
+        )
     }));
     row
 }
@@ -194,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_reason_is_a_place_or_the_number_of_robots() {
-        let text = missed(&binding(0.4, Some("S4")), false);
+        let text = missed(&binding(0.4, Some("S4")), false, false);
         assert_eq!(
             text,
             "p99 service is 400 s, against 'p99 service < 6 min', and robots wait 40 % of their \
@@ -204,18 +223,23 @@ mod tests {
             open_orders: Some(Interval { mean: 4.0, half_width: None, values: 1 }),
             ..binding(0.02, None)
         };
-        let text = missed(&busy, false);
+        let text = missed(&busy, false, true);
+        assert!(text.ends_with("though more robots come less close"), "{text}");
+        let text = missed(&busy, false, false);
         assert!(text.contains("4 orders are open"), "{text}");
         assert!(text.ends_with("so that there are too few of them"), "{text}");
         // Of an endless load, more robots have an order all the time, too.
-        assert_eq!(missed(&busy, true), "p99 service is 400 s, against 'p99 service < 6 min'");
+        assert_eq!(
+            missed(&busy, true, false),
+            "p99 service is 400 s, against 'p99 service < 6 min'"
+        );
     }
 
     #[test]
     fn a_figure_within_its_limit_is_no_reason() {
         let mut stalled = Binding { stalled_runs: 2, ..binding(0.02, None) };
         stalled.targets[0].margin = Some(0.4);
-        let text = missed(&stalled, false);
+        let text = missed(&stalled, false, false);
         assert!(text.starts_with("robots made no progress in 2 of 3 runs"), "{text}");
         assert!(!text.contains("p99 service"), "{text}");
     }

@@ -131,7 +131,8 @@ fn bottlenecks() -> String {
      of, and for the node where that ends. 'Robots waiting for it' is their mean number. It is \
      measured by where robots are and where they go next, whoever steers them. 'Of all waiting': \
      the rest of the time they wait for other places, or where their manager keeps them, for no \
-     place that can be seen. What relieves a bottleneck was tried: the same runs with that one \
+     place that can be seen. Doors and lifts count as well as robots. What would relieve a \
+     bottleneck is tried for as many of them as --reliefs says: the same runs with that one \
      change. 'Within chance': the interval holds 0."
         .to_owned()
 }

@@ -171,8 +171,9 @@ fn judged(targets: &[Target], mut curve: Curve) -> Curve {
     curve
 }
 
-/// Returns the index of the point that comes closest to the targets: that with the best margin of
-/// the target which it misses the most. Runs without an end or progress come last.
+/// Returns the index of the point that comes closest to the targets: one that may meet all of them
+/// before one that misses some, and then that with the best margin of the target which it misses the
+/// most. Runs without an end or progress come last.
 fn closest(targets: &[Target], curve: &Curve) -> Option<usize> {
     let scores = curve.points.iter().map(|point| score(targets, point));
     let best = scores.enumerate().max_by(|(_, a), (_, b)| {
@@ -184,8 +185,9 @@ fn closest(targets: &[Target], curve: &Curve) -> Option<usize> {
     best.map(|(index, _)| index)
 }
 
-/// Returns the worst margin of a point, and its throughput for points without one.
-fn score(targets: &[Target], point: &Point) -> [f64; 2] {
+/// Returns whether a point may meet all targets, as 1 or 0, its worst margin, and its throughput for
+/// points without one.
+fn score(targets: &[Target], point: &Point) -> [f64; 3] {
     let intervals = targets.iter().map(|target| (target, interval(target, point)));
     let margins = intervals.map(|(target, interval)| {
         interval.map_or(f64::NEG_INFINITY, |interval| target.margin(interval.mean))
@@ -193,7 +195,8 @@ fn score(targets: &[Target], point: &Point) -> [f64; 2] {
     let worst = margins.fold(f64::INFINITY, f64::min);
     let is_whole = !point.is_stalled() && !is_overdue(point);
     let throughput = point.throughput().map_or(0.0, |interval| interval.mean);
-    [if is_whole { worst } else { f64::NEG_INFINITY }, throughput]
+    let may_meet = f64::from(u8::from(of_all(targets, point) < Standing::Missed));
+    [may_meet, if is_whole { worst } else { f64::NEG_INFINITY }, throughput]
 }
 
 /// The search among the numbers that were tried.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use regatta_base::graph::{Gear, Leg, NodeIndex, SMOOTH_TURN};
+use regatta_base::graph::{Ends, Gear, Leg, NodeIndex, Rotation, SMOOTH_TURN};
 
 use super::{coincident, facilities};
 use crate::model::angle::normalize_angle;
@@ -39,6 +39,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     facilities::lint(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     linter.warn_of_jumps();
+    linter.warn_of_forbidden_turns();
     linter.warn_of_missing_ways();
     linter.warn_of_unreachable();
     linter.warn_once(
@@ -202,6 +203,15 @@ impl NodeLinter<'_, '_, '_> {
         }
     }
 
+    /// Reports one warning for all nodes where robots would have to turn, but an edge forbids it.
+    fn warn_of_forbidden_turns(&mut self) {
+        let nodes = forbidden_turns(self.graph);
+        let message = "the rotation `none` of an edge forbids turns here, and so robots drive on at \
+                       full speed while their heading jumps: allow turns, or make the edges meet \
+                       smoothly";
+        self.warn_once(&nodes, message);
+    }
+
     fn count_jumps(&mut self, nodes: usize) {
         let message = format!(
             "the heading changes by more than {:.0}° at {}: robots turn there if their type has a \
@@ -351,6 +361,46 @@ fn jumps(graph: &RouteGraph) -> Vec<(NodeIndex, Jump, usize)> {
         }
     }
     found
+}
+
+/// Returns the nodes where the heading jumps from a leg to a next one, and one of them forbids turns.
+fn forbidden_turns(graph: &RouteGraph) -> Vec<NodeIndex> {
+    let ends = graph.edges().iter().flat_map(|edge| {
+        let Ends { origin, destination } = edge.rotation;
+        [(edge.origin, origin), (edge.destination, destination)]
+    });
+    let mut nodes: Vec<NodeIndex> =
+        ends.filter(|(_, rotation)| *rotation == Rotation::None).map(|(node, _)| node).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut found: Vec<NodeIndex> = Vec::new();
+    for leg in legs(graph.edges()) {
+        let node = graph.leg_end(leg);
+        if nodes.binary_search(&node).is_err() || found.last() == Some(&node) {
+            continue;
+        }
+        let arrival = leg_heading(graph, leg, leg.gear == Gear::Forward);
+        let departures = sorted_departures(graph, node);
+        let has_jump = departures.iter().any(|departure| {
+            let angle = normalize_angle(departure.heading - arrival.heading).abs();
+            angle > SMOOTH_TURN
+                && (forbids_turns(graph, leg, node) || forbids_turns(graph, departure.leg, node))
+        });
+        if has_jump {
+            found.push(node);
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// Whether the edge of a leg forbids turns at one of its ends.
+fn forbids_turns(graph: &RouteGraph, leg: Leg, node: NodeIndex) -> bool {
+    let edge = graph.edge(leg.edge);
+    let Ends { origin, destination } = edge.rotation;
+    let rotation = if edge.destination == node { destination } else { origin };
+    rotation == Rotation::None
 }
 
 /// Returns the legs that leave a node with their headings there, by ascending heading.

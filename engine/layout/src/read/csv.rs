@@ -13,7 +13,7 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
 use self::columns::Columns;
-use self::rows::{EdgeRow, Row, is_with_decimal_comma};
+use self::rows::{EdgeRow, Row, is_grouped, is_with_decimal_comma};
 use self::sibling::{EDGE_WORDS, NODE_WORDS, sibling_files};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
@@ -103,11 +103,31 @@ impl Place {
 }
 
 impl Reader<'_, '_> {
+    /// Warns of numbers whose points may separate thousands: where commas aren't separators, all
+    /// numbers with a point have groups of three digits.
+    fn warn_of_thousands<'a>(&mut self, cells: impl Iterator<Item = &'a str>) {
+        let mut numbers = cells.filter(|cell| cell.contains('.') && cell.parse::<f64>().is_ok());
+        let Some(first) = numbers.next().filter(|cell| is_grouped(cell)) else { return };
+        if numbers.all(is_grouped) {
+            let message = format!(
+                "`{0}` is read as {1}, as are all numbers with a point: if it separates thousands, \
+                 write {2}",
+                shorten(first),
+                first.parse::<f64>().unwrap_or_default(),
+                first.replace('.', "")
+            );
+            self.warning(Place { at: 0, line: 1 }, &message);
+        }
+    }
+
     fn file(&mut self, text: &str) -> Result<(), SyntaxError> {
         let separator = separator(text);
-        let mut cells = text.split([char::from(separator), '\n', '\r']);
+        let cells = text.split([char::from(separator), '\n', '\r']);
         let has_decimal_comma = separator != b','
-            && cells.any(|cell| is_with_decimal_comma(cell.trim().trim_matches('"')));
+            && cells.clone().any(|cell| is_with_decimal_comma(cell.trim().trim_matches('"')));
+        if separator != b',' && !has_decimal_comma {
+            self.warn_of_thousands(cells.map(|cell| cell.trim().trim_matches('"')));
+        }
         let mut rows = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)

@@ -643,3 +643,31 @@ fn a_fraction_with_a_comma_is_told() {
         "{found:?}"
     );
 }
+
+#[test]
+fn a_corner_where_turns_are_forbidden_is_found() {
+    let corner = |rotation: &str| {
+        check(&format!(
+            "Vertices:
+- {{Id: 1, X: 0, Y: 0, Theta: 0}}
+- {{Id: 2, X: 5, Y: 0, Theta: 0}}
+- {{Id: 3, X: 5, Y: 5, Theta: 0}}
+Edges:
+- {{Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}}
+- {{Id: 11, Origin_ID: 2, Destination_ID: 3, CurveType: Linear, VelocityForward: 1, {rotation}}}
+- {{Id: 12, Origin_ID: 3, Destination_ID: 1, CurveType: Linear, VelocityForward: 1}}
+"
+        ))
+    };
+    let forbidden = |findings: &[String]| {
+        let found = findings.iter().filter(|finding| finding.contains("rotation `none`"));
+        found.cloned().collect::<Vec<_>>()
+    };
+    for allowed in ["RotationAtOrigin: cw", "RotationAtDestination: shorter"] {
+        assert!(forbidden(&corner(allowed)).is_empty(), "{allowed}");
+    }
+    let at_origin = forbidden(&corner("RotationAtOrigin: none"));
+    assert!(at_origin.len() == 1 && at_origin[0].starts_with("3 warning node 2:"), "{at_origin:?}");
+    let both = forbidden(&corner("RotationAtOrigin: none, RotationAtDestination: none"));
+    assert!(both.len() == 1 && both[0].contains("(and 1 more node: 3)"), "{both:?}");
+}

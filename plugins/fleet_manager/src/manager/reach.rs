@@ -61,7 +61,11 @@ impl Manager {
         match self.orders.withdraw(robot, now_secs) {
             Ok(_) if is_for_others => {}
             Ok(id) => {
-                self.orders.unroutable(id, now_secs, Unroutable::NoWay);
+                let reason = match self.steering.has_closures() {
+                    true => Unroutable::ClosedEdges,
+                    false => Unroutable::NoWay,
+                };
+                self.orders.unroutable(id, now_secs, reason);
             }
             Err(_) => {
                 self.orders.failed(robot, now_secs, "no way leads to its next stop");

@@ -7,7 +7,7 @@ use regatta_plugin::world::{EdgeRecord, Orientation};
 use crate::model::managed::Managed;
 use crate::model::worlds;
 use crate::planner::PlannerKind;
-use regatta_orders::{InTurn, OrderId};
+use regatta_orders::{Change, InTurn, OrderId, Unroutable};
 
 /// A block with one way in and one way out, and streets round it.
 const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
@@ -206,4 +206,25 @@ fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
     fleet.run(12_000, 0, 0);
     let figures = fleet.manager.orders().figures(0.0).orders;
     assert!(figures.failed == 0 && figures.waiting < 10, "{figures:?}");
+}
+
+/// A robot alone on a loop, whose own breakdowns close the loop.
+#[test]
+fn a_repaired_robot_goes_on_without_an_unroutable_order() {
+    let points = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
+    let edges = [[0, 1], [1, 2], [2, 3], [3, 0]];
+    let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+    let load = "load: {endless: robots, from: 0, to: 2, dwell: 3}";
+    let mut fleet = Managed::new(&world, 1, 1, load, PlannerKind::Lanes);
+    let mut withdrawn = 0;
+    for _ in 0..36_000 {
+        fleet.run(1, 1_000, 700);
+        for event in fleet.manager.orders_mut().events() {
+            let is_impossible =
+                matches!(event.change, Change::Unroutable { reason: Unroutable::NoWay });
+            assert!(!is_impossible, "{event:?}");
+            withdrawn += u32::from(matches!(event.change, Change::Withdrawn { .. }));
+        }
+    }
+    assert!(withdrawn > 3, "breakdowns take orders away: {withdrawn}");
 }

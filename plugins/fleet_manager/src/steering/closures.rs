@@ -72,6 +72,12 @@ impl Steering {
         self.closure_changes
     }
 
+    /// Whether a robot that blocked legs is in service again. It can get an order in this cycle,
+    /// and has a way then.
+    pub(super) fn is_blocker_back(&self) -> bool {
+        self.blockers.iter().any(|(robot, _)| !self.is_out_of_service(*robot))
+    }
+
     /// Closes the legs that robots out of service block, and opens those that they have left.
     pub(super) fn close_roads(&mut self) {
         let blockers: Vec<(u32, u64)> = (0..self.robots.len() as u32)

@@ -2,7 +2,7 @@ use regatta_layout::ReadOptions;
 
 use super::*;
 use crate::answer::TimeAnswer;
-use crate::outcome::{Measured, ROBOT_PARTS};
+use crate::outcome::{CHARGING, Measured, ROBOT_PARTS};
 use crate::page::caveats::caveats;
 use crate::page::content::content;
 use crate::page::method::method;
@@ -172,7 +172,10 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
         );
         let answer = answer_to(plan, |_, _| {
             let mut robot_time = [0.0; ROBOT_PARTS.len()];
-            (robot_time[4], robot_time[7]) = (charging, 1.0 - utilisation - charging);
+            let rest = [(CHARGING, charging), ("idle", 1.0 - utilisation - charging)];
+            for (time, name) in robot_time.iter_mut().zip(ROBOT_PARTS) {
+                *time = rest.iter().find(|part| part.0 == name).map_or(0.0, |part| part.1);
+            }
             let run = measured(60.0);
             let robot_time = Some(robot_time);
             Ok(Measured { utilisation, finished_orders: 18, open_orders, robot_time, ..run })

@@ -154,10 +154,12 @@ impl Variant {
         let breakdowns = &mut self.setup.disturbances.get_or_insert_default().breakdowns;
         let repair_secs =
             breakdowns.as_ref().and_then(|before| before.repair_secs.as_ref()?.as_f64());
-        *breakdowns = Number::from_f64(per_hour).map(|per_hour| Breakdowns {
-            per_hour,
-            repair_secs: Number::from_f64(repair_secs.unwrap_or(REPAIR_SECS)),
-        });
+        // None at all is what others are compared with.
+        *breakdowns =
+            Number::from_f64(per_hour).filter(|_| per_hour != 0.0).map(|per_hour| Breakdowns {
+                per_hour,
+                repair_secs: Number::from_f64(repair_secs.unwrap_or(REPAIR_SECS)),
+            });
     }
 
     fn set_planner(&mut self, name: &str) -> Result<(), PlanError> {

@@ -172,6 +172,9 @@ fn settings_change_what_they_name() {
     assert_eq!(setup(&dwelling)["load"], made_up);
     let broken = with(Setting::BreakdownsPerHour, json!(0.5)).expect("breakdowns");
     assert_eq!(setup(&broken)["disturbances"]["breakdowns"]["repair_secs"], 300.0);
+    let never = broken.with(Setting::BreakdownsPerHour, &json!(0), &ReadOptions::default());
+    let never = setup(&never.expect("no breakdowns"));
+    assert!(never["disturbances"].get("breakdowns").is_none(), "{never}");
     let own = with(Setting::Manager, json!("python own.py")).expect("a manager");
     assert_eq!(own.manager, Manager::Command(vec!["python".to_owned(), "own.py".to_owned()]));
     for (setting, value) in [

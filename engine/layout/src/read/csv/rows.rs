@@ -183,6 +183,14 @@ pub(super) fn is_with_decimal_comma(cell: &str) -> bool {
     cell.contains(',') && without_thousands(cell).replacen(',', ".", 1).parse::<f64>().is_ok()
 }
 
+/// Whether a number has one to three digits, a point and three digits: thousands, or decimals.
+pub(super) fn is_grouped(number: &str) -> bool {
+    let digits = number.trim_start_matches('-');
+    digits.split_once('.').is_some_and(|(whole, group)| {
+        (1..=3).contains(&whole.len()) && !whole.starts_with('0') && group.len() == 3
+    })
+}
+
 /// Returns a number of a table with decimal commas without the points between its thousands.
 fn without_thousands(text: &str) -> String {
     let (whole, fraction) = match text.split_once(',') {

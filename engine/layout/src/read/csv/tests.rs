@@ -259,3 +259,13 @@ proptest! {
         let _ = parse(&format!("{}{inserted}{rest}", &BOTH[..at]), "map.csv", &options());
     }
 }
+
+#[test]
+fn points_that_may_separate_thousands_are_told() {
+    let told = |text: &str| messages(&graph(text).1).contains("`2.500` is read as 2.5, as are all");
+    let thousands = "id;x;y\nA;2.500;0\nB;12.000;0\n\nfrom;to\nA;B\n";
+    assert!(told(thousands));
+    assert!(!told(&thousands.replace("12.000", "1.5")), "a point of decimals");
+    assert!(!told(&thousands.replace("12.000", "1,5")), "read as 2500");
+    assert!(!told(&thousands.replace(';', ",")), "a comma separates");
+}

@@ -289,3 +289,25 @@ fn rings_beyond_those_listed_are_told() {
     assert_eq!(rings, 5, "{said:#?}");
     assert_line(&said, "ring: more rings, of 3 robots or more, aren't listed", &[]);
 }
+
+/// The cabin is at one level at a time.
+#[test]
+fn a_robot_in_a_cabin_is_not_in_the_way_of_rides_between_other_levels() {
+    let node = |id: u32, x: f64, level: &str| {
+        format!("- {{Id: {id}, X: {x}, Y: 0, Theta: 0, Level: {level}}}\n")
+    };
+    let edge = |id: u32, from: u32, to: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+             VelocityForward: 1}}\n"
+        )
+    };
+    let nodes = [node(1, 0.0, "G"), node(2, 0.05, "U"), node(3, 0.1, "V")].concat();
+    let rides = [edge(1, 1, 2), edge(2, 2, 1), edge(3, 2, 3), edge(4, 3, 2)].concat();
+    let shaft = format!("Vertices:\n{nodes}Edges:\n{rides}");
+    let is_in_way = |line: &String| line.starts_with("in-the-way");
+    assert!(lines(&shaft).iter().any(is_in_way), "without a lift: {:#?}", lines(&shaft));
+    let lift = "Lifts:\n- {Name: L, Nodes: [1, 2, 3], X: 0, Y: 0, Width: 2, Depth: 2}\n";
+    let with_lift = lines(&format!("{shaft}{lift}"));
+    assert!(!with_lift.iter().any(is_in_way), "{with_lift:#?}");
+}
