@@ -229,8 +229,9 @@ impl NodeLinter<'_, '_, '_> {
             count => format!(" (and after {})", plural(count - 1, "more edge")),
         };
         let message = format!(
-            "the heading jumps by {:.1}° from edge {} to edge {}{others}: make one of them a \
-             Spline, or turn the node",
+            "the heading changes by {:.1}° from edge {} to edge {}{others}: robots turn there if \
+             their type has a max_rotation_speed; otherwise their heading jumps; to drive on \
+             smoothly, make one of them a Spline, or turn the node",
             angle.to_degrees(),
             leg_name(self.graph, from),
             leg_name(self.graph, to),

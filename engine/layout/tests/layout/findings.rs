@@ -361,7 +361,7 @@ fn heading_jumps_are_reported() {
         "Vertices",
         "- {Id: 11, Origin_ID: 2, Destination_ID: 3, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 1}\nVertices",
     );
-    assert_only(&check(&text), "6 warning node 2: ", "the heading jumps by 90.0° from edge");
+    assert_only(&check(&text), "6 warning node 2: ", "the heading changes by 90.0° from edge");
     let gentle = text.replace("Y: 4", "Y: 0.3").replace("Id: 3, X: 5", "Id: 3, X: 10");
     assert_eq!(check(&gentle), [""; 0]);
 }
