@@ -5,6 +5,7 @@
 //! repeats bit by bit.
 
 mod charge;
+mod queues;
 mod reach;
 mod requests;
 #[cfg(test)]
@@ -19,6 +20,7 @@ use glam::vec2;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
+use self::queues::Queues;
 use crate::charging::Charging;
 use crate::facilities::{Facilities, FacilityCommand};
 use crate::planner::{DrivingTimes, Planner};
@@ -35,6 +37,8 @@ enum Progress {
     Free,
     /// It drives to the stop's node.
     Driving(u32),
+    /// It drives to a place in the queue before the stop's node, or waits there.
+    Queueing { stop: u32, place: u32 },
     /// It is at the stop, which it handles at these simulated seconds.
     AtStop(Service),
 }
@@ -46,6 +50,7 @@ pub struct Manager {
     times: DrivingTimes,
     charging: Charging,
     facilities: Facilities,
+    queues: Queues,
     /// By robot.
     progress: Vec<Progress>,
     present: Vec<u32>,
@@ -75,6 +80,7 @@ impl Manager {
         let mut manager = Self {
             times: DrivingTimes::default(),
             steering: Steering::new(roads, planner, settings),
+            queues: Queues::new(&orders),
             orders,
             charging: Charging::default(),
             facilities: Facilities::default(),
@@ -164,6 +170,7 @@ impl Manager {
         for index in 0..self.present.len() {
             self.serve(self.present[index], now_secs);
         }
+        self.move_up();
         self.reopen(now_secs);
         if self.steering.is_ready() {
             self.charge(now_secs, columns.state);
@@ -206,6 +213,7 @@ impl Manager {
         }
         self.steering.lose(robot);
         self.charging.lose(robot);
+        self.queues.leave(robot);
         self.progress[robot as usize] = Progress::Free;
         self.orders.recall(robot, self.steering.now());
         if self.orders.order_of(robot).is_some()
@@ -234,6 +242,14 @@ impl Manager {
             } else if self.steering.robot(robot).is_some_and(|state| state.goal().is_none()) {
                 // It was evicted while it waited for roads to be opened.
                 self.send(robot, node);
+            }
+        }
+        if let Progress::Queueing { place, .. } = self.progress[robot as usize] {
+            if self.steering.has_arrived(robot, place) && !self.waits_in_queue(robot) {
+                self.steering.stay(robot);
+                self.orders.queued(robot, now_secs);
+            } else if self.steering.is_unreachable(robot) {
+                self.give_up(robot, now_secs);
             }
         }
         // A robot that stalls hasn't finished.
@@ -313,12 +329,8 @@ impl Manager {
         }
     }
 
-    fn send(&mut self, robot: u32, node: u32) {
-        self.progress[robot as usize] = Progress::Driving(node);
-        self.steering.send(robot, node);
-    }
-
     fn halt(&mut self, robot: u32) {
+        self.queues.leave(robot);
         self.progress[robot as usize] = Progress::Free;
         self.steering.halt(robot);
     }

@@ -44,6 +44,9 @@ impl OrderLog {
             }
             Change::Assigned { robot } => record(id, OrderKind::Assigned, Some(*robot)),
             Change::Withdrawn { robot } => record(id, OrderKind::Withdrawn, Some(*robot)),
+            Change::Queued { robot, stop } => {
+                self.at_stop(record(id, OrderKind::Queued, Some(*robot)), *stop)
+            }
             Change::Arrived { robot, stop, wait_secs } => OrderRecord {
                 dwell_secs: *wait_secs as f32,
                 ..self.at_stop(record(id, OrderKind::Arrived, Some(*robot)), *stop)

@@ -27,7 +27,8 @@ pub struct Effort {
     /// Those with a load.
     #[serde(default)]
     pub loaded_secs: f64,
-    /// Those at a stop, where they wait for an operator, for a place, or until it opens.
+    /// Those at a stop, where they wait for an operator, for a place, or until it opens, and those
+    /// in queues before stops.
     #[serde(default)]
     pub station_secs: f64,
     /// Those at a stop, where they are served.
@@ -78,6 +79,7 @@ impl Effort {
         tick: u64,
     ) -> &mut f64 {
         match (work.orders > 0, activity) {
+            _ if hindrance == Hindrance::Traffic && work.is_queued => &mut self.station_secs,
             _ if hindrance == Hindrance::Traffic => &mut self.waiting_secs,
             _ if hindrance == Hindrance::Down => &mut self.down_secs,
             (true, _) if work.at_stops > 0 && tick <= work.served_from => &mut self.station_secs,

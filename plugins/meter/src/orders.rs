@@ -80,6 +80,8 @@ struct Open {
     loads: i32,
     /// Its robot is at a stop, where it is served from this tick on.
     served_from: Option<u64>,
+    /// Whether its robot is in the queue before a stop.
+    is_queued: bool,
     clock: OrderClock,
     /// The ids of the nodes of its first and its last stop.
     ends: Option<[u32; 2]>,
@@ -94,6 +96,7 @@ impl Open {
             robot: None,
             loads: 0,
             served_from: None,
+            is_queued: false,
             clock: OrderClock::new(now.tick),
             ends: None,
         }
@@ -131,6 +134,7 @@ impl Open {
             _ if hindrance == Hindrance::Down => Phase::Down,
             (_, Some(served_from)) if tick < served_from => Phase::Station,
             (_, Some(_)) => Phase::Handling,
+            _ if hindrance == Hindrance::Traffic && self.is_queued => Phase::Station,
             _ if hindrance == Hindrance::Traffic => Phase::Traffic,
             _ if self.loads > 0 => Phase::Loaded,
             _ => Phase::Empty,
@@ -149,6 +153,8 @@ pub struct RobotWork {
     pub at_stops: i32,
     /// The tick from which on it is served at the stop to which it came last.
     pub served_from: u64,
+    /// Whether it is in the queue before a stop.
+    pub is_queued: bool,
 }
 
 /// What keeps a robot from going on.
@@ -216,11 +222,17 @@ impl Orders {
                 self.add(record.robot, 1, loads);
             }
             OrderKind::Withdrawn => self.release(record.order),
+            OrderKind::Queued => {
+                open.is_queued = true;
+                self.robots.entry(record.robot).or_default().work.is_queued = true;
+            }
             OrderKind::Arrived => {
+                open.is_queued = false;
                 let served_from = now.tick_after(record.dwell_secs.into());
                 let work = &mut self.robots.entry(record.robot).or_default().work;
                 work.at_stops += i32::from(open.served_from.replace(served_from).is_none());
                 work.served_from = served_from;
+                work.is_queued = false;
             }
             OrderKind::Handled => {
                 open.begin_service(now.tick);
@@ -300,10 +312,13 @@ impl Orders {
         let Some(open) = self.open.get_mut(&order) else { return };
         let loads = std::mem::take(&mut open.loads);
         let is_at_stop = open.served_from.take().is_some();
+        open.is_queued = false;
         if let Some(robot) = open.robot.take() {
             self.assigned.remove(&(robot, order));
             self.add(robot, -1, -loads);
-            self.work_mut(robot).at_stops -= i32::from(is_at_stop);
+            let work = self.work_mut(robot);
+            work.at_stops -= i32::from(is_at_stop);
+            work.is_queued = false;
         }
     }
 

@@ -17,7 +17,7 @@ pub enum Phase {
     Loaded,
     /// Its robot waits for room, a route, a door or a lift.
     Traffic,
-    /// Its robot is at a stop, and waits to be served.
+    /// Its robot is at a stop, and waits to be served; or in a queue before it.
     Station,
     /// Its robot is at a stop, and is served.
     Handling,
@@ -37,7 +37,7 @@ pub struct Parts {
     pub loaded: u64,
     /// Waiting for room, a route, a door or a lift.
     pub traffic: u64,
-    /// Waiting at stops for an operator, for a place, or until they open.
+    /// Waiting at stops for an operator, for a place, or until they open; or in queues before them.
     pub station: u64,
     /// At stops, served.
     pub handling: u64,

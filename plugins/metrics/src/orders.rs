@@ -102,6 +102,7 @@ impl OrderTally {
             | OrderKind::Arrived
             | OrderKind::Handled
             | OrderKind::Unroutable
+            | OrderKind::Queued
             | OrderKind::Reopened => {
                 self.open_order(record.order, None);
             }

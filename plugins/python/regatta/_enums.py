@@ -225,7 +225,8 @@ class OrderKind(IntEnum):
     WITHDRAWN = 4
     """The order was taken from its robot before the first pick."""
     ARRIVED = 5
-    """The robot stands at a stop, and its dwell begins."""
+    """The robot stands at a stop. Its dwell begins, unless it waits there for an operator, for a place
+    for its load, or until the station opens."""
     HANDLED = 6
     """The dwell is over: the load is picked or dropped, for example."""
     FINISHED = 7
@@ -238,6 +239,8 @@ class OrderKind(IntEnum):
     """No robot can reach its stops: it waits until it is reopened. ``detail`` is an :class:`Obstacle`."""
     REOPENED = 11
     """Its stops can be reached again."""
+    QUEUED = 12
+    """The robot stands at a place in the queue before a stop, where it waits until it may drive on."""
 
 
 class Obstacle(IntEnum):

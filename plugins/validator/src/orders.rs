@@ -130,7 +130,10 @@ impl Orders {
             }
             self.add(number, Order { created_secs, ..Order::default() });
         }
-        if matches!(kind, OrderKind::Assigned | OrderKind::Arrived | OrderKind::Handled) {
+        if matches!(
+            kind,
+            OrderKind::Assigned | OrderKind::Queued | OrderKind::Arrived | OrderKind::Handled
+        ) {
             self.progress.push(check.record.robot);
         }
         match kind {
@@ -146,7 +149,7 @@ impl Orders {
                 Obstacle::ClosedEdges => {}
                 obstacle => check.report(Kind::Unroutable, obstacle.text()),
             },
-            OrderKind::Reopened => {}
+            OrderKind::Reopened | OrderKind::Queued => {}
         }
     }
 

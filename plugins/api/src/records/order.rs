@@ -39,11 +39,11 @@ pub struct OrderRecord {
     pub kind: u32,
     /// The robot, by id, or [`NO_ROBOT`].
     pub robot: u32,
-    /// `Stop`, `Arrived`, `Handled`: the index of the stop among those of the order.
+    /// `Stop`, `Queued`, `Arrived`, `Handled`: the index of the stop among those of the order.
     pub stop: u32,
-    /// `Stop`, `Arrived`, `Handled`: id of the stop's node in the route graph.
+    /// `Stop`, `Queued`, `Arrived`, `Handled`: id of the stop's node in the route graph.
     pub node: u32,
-    /// `Stop`, `Arrived`, `Handled`: a [`StopAction`].
+    /// `Stop`, `Queued`, `Arrived`, `Handled`: a [`StopAction`].
     pub action: u32,
     /// `Stop`: the shortest time that a robot stands at the stop, in seconds. `Arrived`: the time
     /// for which it waits there until its dwell begins, in seconds.
@@ -82,6 +82,9 @@ numbered! {
         Unroutable = 10,
         /// Its stops can be reached again.
         Reopened = 11,
+        /// The robot stands at a place in the queue before a stop, where it waits until it may
+        /// drive on.
+        Queued = 12,
     }
 }
 

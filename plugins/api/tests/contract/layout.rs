@@ -152,7 +152,7 @@ fn all_enums() -> Map<String, Value> {
             DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed, NotOwner, NoDoor,
             NoLift, LiftInUse, NoCabin }
         OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
-            Unroutable, Reopened }
+            Unroutable, Reopened, Queued }
         Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,
             Driving, Turning }
         StopAction { None, Pick, Drop, Charge, Park }

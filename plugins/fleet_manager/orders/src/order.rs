@@ -300,6 +300,8 @@ pub enum Change {
     Assigned { robot: u32 },
     /// It was taken from a robot, and waits again.
     Withdrawn { robot: u32 },
+    /// Its robot came to a place in the queue before a stop.
+    Queued { robot: u32, stop: u32 },
     /// Its robot came to a stop, where it waits for so long until it is served.
     Arrived {
         robot: u32,

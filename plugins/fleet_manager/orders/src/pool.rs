@@ -166,6 +166,16 @@ impl OrderPool {
         self.held(robot).is_some_and(|held| held.is_bound)
     }
 
+    /// Notes that a robot stands at a place in the queue before its current stop.
+    pub fn queued(&mut self, robot: u32, now_secs: f64) {
+        if let Some(id) = self.order_in(robot, State::Travelling(robot))
+            && let Some(order) = self.open.get(&id)
+        {
+            let stop = order.handled_stops as u32;
+            self.note(id, now_secs, Change::Queued { robot, stop });
+        }
+    }
+
     /// Notes that a robot is at its current stop. Returns its service there; `None` if it wasn't
     /// driving to a stop.
     pub fn arrived(&mut self, robot: u32, now_secs: f64) -> Option<Service> {

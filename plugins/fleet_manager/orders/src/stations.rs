@@ -10,6 +10,7 @@
 //!       every: 86400                    # seconds after which opening times come again
 //!     - at: out
 //!       buffer: {places: 4, cycle: 30}  # loads that find room; seconds in which one is taken away
+//!       queue: [Q1, Q2]               # nodes where robots wait for this node, the nearest first
 //! ```
 //!
 //! Robots are served in the order of their arrival. A service begins as soon as an operator is
@@ -44,6 +45,8 @@ pub(super) struct StationSettings {
     changeover: Distribution,
     hours: Option<Hours>,
     buffer: Option<Buffer>,
+    /// The nodes where robots wait for the only node of the station, the nearest first.
+    queue: Vec<u32>,
 }
 
 /// Opening times.
@@ -113,6 +116,14 @@ impl Stations {
             });
         }
         stations
+    }
+
+    /// The nodes of stations with a queue, and the nodes of the queue, the nearest first.
+    pub(super) fn queues(&self) -> impl Iterator<Item = (u32, &[u32])> {
+        let queues = self.groups.iter().map(|group| &group.settings);
+        queues
+            .filter(|station| !station.queue.is_empty())
+            .filter_map(|station| station.at.first().map(|node| (*node, station.queue.as_slice())))
     }
 
     /// The same stations, to which nobody has come yet.
@@ -197,7 +208,8 @@ pub(super) fn read(list: &Node, groups: &Groups<'_>) -> Result<Vec<StationSettin
 }
 
 fn station(value: &Node, groups: &Groups<'_>) -> Result<StationSettings, yaml::Error> {
-    let fields = value.fields(&["at", "operators", "changeover", "open", "every", "buffer"])?;
+    let fields =
+        value.fields(&["at", "operators", "changeover", "open", "every", "buffer", "queue"])?;
     let mut at = groups.find(Some(fields.required("at")?), Role::None)?;
     at.sort_unstable();
     at.dedup();
@@ -206,12 +218,35 @@ fn station(value: &Node, groups: &Groups<'_>) -> Result<StationSettings, yaml::E
         return Err(value.error("`changeover` is the time of an operator: give `operators`, too"));
     }
     Ok(StationSettings {
-        at,
         operators,
         changeover: fields.optional("changeover", Distribution::read)?.unwrap_or_default(),
         hours: hours(value, &fields)?,
+        queue: queue(&fields, &at, groups)?,
         buffer: fields.optional("buffer", buffer)?,
+        at,
     })
+}
+
+/// Reads the nodes of a queue, in their order.
+fn queue(
+    fields: &Fields<'_, '_>,
+    at: &[u32],
+    groups: &Groups<'_>,
+) -> Result<Vec<u32>, yaml::Error> {
+    let Some(list) = fields.get("queue") else { return Ok(Vec::new()) };
+    if at.len() != 1 {
+        return Err(list.error("a queue is one of a single node: give each node an entry"));
+    }
+    let mut nodes = Vec::new();
+    for entry in list.list()? {
+        let found = groups.places.find_one(&entry.text()?);
+        let node = found.map_err(|error| entry.error(error.to_string()))?;
+        if at.contains(&node) || nodes.contains(&node) {
+            return Err(entry.error("this node is the station, or twice in its queue"));
+        }
+        nodes.push(node);
+    }
+    if nodes.is_empty() { Err(list.error("there are no places in the queue")) } else { Ok(nodes) }
 }
 
 fn buffer(value: &Node) -> Result<Buffer, yaml::Error> {
@@ -353,6 +388,10 @@ mod tests {
             ("[{at: S0, open: [{from: 5, until: 9}, {from: 8, until: 10}]}]", "ascending"),
             ("[{at: S0, open: [{from: 5, until: 9}], every: 8}]", "shorter than"),
             ("[{at: S0, buffer: {places: 0, cycle: 5}}]", "at least one place"),
+            ("[{at: [S0, S1], queue: [S2]}]", "a single node"),
+            ("[{at: S0, queue: [S1, S0]}]", "this node is the station"),
+            ("[{at: S0, queue: [S1, S1]}]", "twice in its queue"),
+            ("[{at: S0, queue: []}]", "no places in the queue"),
             ("[{at: S0}, {at: [S1, S0]}]", "node 0 is in this entry and in entry 1"),
         ] {
             let error = load(text).expect_err(text);

@@ -118,6 +118,12 @@ impl OrderPool {
         pool
     }
 
+    /// The nodes of stations with a queue before them, and the nodes of each queue, the nearest
+    /// first.
+    pub fn queues(&self) -> impl Iterator<Item = (u32, &[u32])> {
+        self.stations.queues()
+    }
+
     /// The nodes where the generators and the scheduled orders have stops, and where orders end.
     pub fn load_stops(&self) -> LoadStops {
         let mut stops = LoadStops::default();
