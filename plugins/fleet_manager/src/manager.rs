@@ -37,8 +37,9 @@ enum Progress {
     Free,
     /// It drives to the stop's node.
     Driving(u32),
-    /// It drives to a place in the queue before the stop's node, or waits there.
-    Queueing { stop: u32, place: u32 },
+    /// It drives to a place in the queue before the stop's node, or waits there; or it waits
+    /// anywhere until there is a place.
+    Queueing { stop: u32, place: Option<u32> },
     /// It is at the stop, which it handles at these simulated seconds.
     AtStop(Service),
 }
@@ -79,8 +80,8 @@ impl Manager {
     ) -> Self {
         let mut manager = Self {
             times: DrivingTimes::default(),
+            queues: Queues::new(&orders, &roads),
             steering: Steering::new(roads, planner, settings),
-            queues: Queues::new(&orders),
             orders,
             charging: Charging::default(),
             facilities: Facilities::default(),
@@ -244,7 +245,7 @@ impl Manager {
                 self.send(robot, node);
             }
         }
-        if let Progress::Queueing { place, .. } = self.progress[robot as usize] {
+        if let Progress::Queueing { place: Some(place), .. } = self.progress[robot as usize] {
             if self.steering.has_arrived(robot, place) && !self.waits_in_queue(robot) {
                 self.steering.stay(robot);
                 self.orders.queued(robot, now_secs);

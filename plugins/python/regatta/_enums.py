@@ -240,7 +240,7 @@ class OrderKind(IntEnum):
     REOPENED = 11
     """Its stops can be reached again."""
     QUEUED = 12
-    """The robot stands at a place in the queue before a stop, where it waits until it may drive on."""
+    """The robot waits in the queue before a stop: at a place of it, or elsewhere until one is free."""
 
 
 class Obstacle(IntEnum):

@@ -82,8 +82,8 @@ numbered! {
         Unroutable = 10,
         /// Its stops can be reached again.
         Reopened = 11,
-        /// The robot stands at a place in the queue before a stop, where it waits until it may
-        /// drive on.
+        /// The robot waits in the queue before a stop: at a place of it, or elsewhere until one is
+        /// free.
         Queued = 12,
     }
 }

@@ -166,7 +166,7 @@ impl OrderPool {
         self.held(robot).is_some_and(|held| held.is_bound)
     }
 
-    /// Notes that a robot stands at a place in the queue before its current stop.
+    /// Notes that a robot waits in the queue before its current stop.
     pub fn queued(&mut self, robot: u32, now_secs: f64) {
         if let Some(id) = self.order_in(robot, State::Travelling(robot))
             && let Some(order) = self.open.get(&id)

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use regatta_orders::OrderPool;
 
 use super::{Manager, Progress};
+use crate::roads::Roads;
 
 /// The queues of all stations that have one.
 #[derive(Debug, Default)]
@@ -22,6 +23,9 @@ struct Queue {
     station: u32,
     /// The nodes to wait at, the nearest first; at least one.
     places: Vec<u32>,
+    /// Whether a road that is driven both ways leads to the last place: robots that waited on it
+    /// would be in the way of others.
+    keeps_road_free: bool,
     /// The robot that may drive to the station or is there, and then those that wait.
     robots: Vec<u32>,
 }
@@ -33,15 +37,18 @@ pub(super) enum Slot {
     Station,
     /// This node, where it waits for the station.
     Place(u32),
+    /// None yet: it waits where it is, and makes way for others.
+    Later,
 }
 
 impl Queues {
-    pub fn new(orders: &OrderPool) -> Self {
+    pub fn new(orders: &OrderPool, roads: &Roads) -> Self {
         let mut queues = Self::default();
         for (station, places) in orders.queues() {
             queues.by_station.insert(station, queues.queues.len());
-            let places = places.to_vec();
-            queues.queues.push(Queue { station, places, robots: Vec::new() });
+            let keeps_road_free = places.last().is_some_and(|last| is_on_two_way(roads, *last));
+            let (places, robots) = (places.to_vec(), Vec::new());
+            queues.queues.push(Queue { station, places, keeps_road_free, robots });
         }
         queues
     }
@@ -67,15 +74,24 @@ impl Queues {
     }
 }
 
+/// Whether a road from a node to a next one leads back, too.
+fn is_on_two_way(roads: &Roads, node: u32) -> bool {
+    roads.exits(node).iter().any(|leg| {
+        let next = roads.end(*leg);
+        roads.exits(next).iter().any(|back| roads.end(*back) == node)
+    })
+}
+
 impl Queue {
-    /// The slot of a robot of the queue. Where there are more robots than places, they share the
-    /// last one: they wait on the road before it.
+    /// The slot of a robot of the queue. Beyond the places, robots come to the last one on a road
+    /// that is driven one way, and wait before it.
     fn slot_of(&self, robot: u32) -> Slot {
-        let place = self.robots.iter().position(|other| *other == robot).unwrap_or_default();
-        let last = self.places.len() - 1;
-        match place.checked_sub(1) {
-            None => Slot::Station,
-            Some(before) => Slot::Place(self.places[before.min(last)]),
+        let index = self.robots.iter().position(|other| *other == robot).unwrap_or_default();
+        let Some(before) = index.checked_sub(1) else { return Slot::Station };
+        match (self.places.get(before), self.places.last()) {
+            (Some(node), _) => Slot::Place(*node),
+            (None, Some(last)) if !self.keeps_road_free => Slot::Place(*last),
+            (None, _) => Slot::Later,
         }
     }
 }
@@ -85,6 +101,9 @@ impl Manager {
     pub(super) fn send(&mut self, robot: u32, node: u32) {
         let slot = self.queues.join(robot, node);
         self.send_to(robot, node, slot);
+        if slot == Slot::Later {
+            self.orders.queued(robot, self.steering.now());
+        }
         if slot != Slot::Station && self.steering.base_end_node(robot) == Some(node) {
             self.put_first(robot, node);
         }
@@ -105,12 +124,21 @@ impl Manager {
     }
 
     fn send_to(&mut self, robot: u32, node: u32, slot: Slot) {
-        let (progress, goal) = match slot {
-            Slot::Station => (Progress::Driving(node), node),
-            Slot::Place(place) => (Progress::Queueing { stop: node, place }, place),
-        };
-        self.progress[robot as usize] = progress;
-        self.steering.send(robot, goal);
+        let progress = &mut self.progress[robot as usize];
+        match slot {
+            Slot::Station => {
+                *progress = Progress::Driving(node);
+                self.steering.send(robot, node);
+            }
+            Slot::Place(place) => {
+                *progress = Progress::Queueing { stop: node, place: Some(place) };
+                self.steering.send(robot, place);
+            }
+            Slot::Later => {
+                *progress = Progress::Queueing { stop: node, place: None };
+                self.steering.halt(robot);
+            }
+        }
     }
 
     /// Lets the robots of all queues move up.
@@ -122,7 +150,9 @@ impl Manager {
             for robot in robots {
                 let slot = self.queues.queues[index].slot_of(robot);
                 let is_there = match self.progress[robot as usize] {
-                    Progress::Queueing { place, .. } => slot == Slot::Place(place),
+                    Progress::Queueing { place, .. } => {
+                        slot == place.map_or(Slot::Later, Slot::Place)
+                    }
                     Progress::Driving(_) => slot == Slot::Station,
                     Progress::Free | Progress::AtStop(_) => true,
                 };
@@ -155,9 +185,9 @@ impl Manager {
 
     /// Whether a robot stands at a place of a queue.
     pub(super) fn waits_in_queue(&self, robot: u32) -> bool {
-        let is_queueing =
-            matches!(self.progress.get(robot as usize), Some(Progress::Queueing { .. }));
-        is_queueing && self.steering.robot(robot).is_some_and(|state| state.is_pinned())
+        let progress = self.progress.get(robot as usize);
+        matches!(progress, Some(Progress::Queueing { place: Some(_), .. }))
+            && self.steering.robot(robot).is_some_and(|state| state.is_pinned())
     }
 
     /// The driving time of a robot to a node, in seconds; infinity if it isn't known.
@@ -205,16 +235,20 @@ mod tests {
         let places = std::sync::Arc::new(Places::of(&view));
         let mut orders = OrderPool::new(places.clone());
         orders.add_load(&Load::parse(LOAD, &places).expect("a load"));
-        let mut queues = Queues::new(&orders);
+        let mut queues = Queues::new(&orders, &Roads::new(&view));
         let slots: Vec<Slot> = (10..14).map(|robot| queues.join(robot, 4)).collect();
         let [nearest, last] = [3, 2].map(Slot::Place);
-        assert_eq!(slots, [Slot::Station, nearest, last, last]);
+        assert_eq!(slots, [Slot::Station, nearest, last, last], "the road is driven one way");
         assert_eq!(queues.join(11, 4), nearest, "it is in the queue already");
         assert_eq!(queues.join(9, 7), Slot::Station, "there is no queue");
         assert_eq!(queues.join(10, 0), Slot::Station, "it has left");
         assert_eq!([11, 12, 13].map(|robot| queues.join(robot, 4)), [Slot::Station, nearest, last]);
         queues.leave(12);
         assert_eq!(queues.join(13, 4), nearest);
+        let track = worlds::single_track(7);
+        let mut queues = Queues::new(&orders, &Roads::new(&track.view(1, 1)));
+        let slots: Vec<Slot> = (10..14).map(|robot| queues.join(robot, 4)).collect();
+        assert_eq!(slots, [Slot::Station, nearest, last, Slot::Later], "it is driven both ways");
     }
 
     #[test]

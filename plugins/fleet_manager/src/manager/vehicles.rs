@@ -80,6 +80,7 @@ impl Manager {
                 Activity::Waiting
             }
             Some(Progress::AtStop(_)) => Activity::Handling,
+            Some(Progress::Queueing { place: None, .. }) => Activity::Queued,
             _ if state.is_held || self.waits_in_queue(robot) => Activity::Queued,
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             // At a door, or a lift.
