@@ -270,7 +270,7 @@ class Activity(IntEnum):
     WAITING = 4
     """It waits for another robot, for a release of its route, or before a closed edge."""
     QUEUED = 5
-    """It waits until there is room on the roads."""
+    """It waits until there is room on the roads, or in the queue before its stop."""
     CHARGING = 6
     """It charges, or drives to a charger."""
     HELD = 7

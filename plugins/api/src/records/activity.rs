@@ -21,7 +21,7 @@ numbered! {
         Handling = 3,
         /// It waits for another robot, for a release of its route, or before a closed edge.
         Waiting = 4,
-        /// It waits until there is room on the roads.
+        /// It waits until there is room on the roads, or in the queue before its stop.
         Queued = 5,
         /// It charges, or drives to a charger.
         Charging = 6,
