@@ -6,7 +6,6 @@ use crate::outcome::Measured;
 use crate::page::assumptions::robots;
 use crate::page::caveats::caveats;
 use crate::page::content::content;
-use crate::page::method::method;
 use crate::plan::{Plan, Precision, Question, RunTime, Variant};
 use crate::sweep::tests::measured;
 use crate::sweep::{Known, RunResult, Step, next};
