@@ -12,7 +12,10 @@ pub(super) fn assumptions(answer: &Answer, of: &str) -> Vec<Block> {
     let Some(variant) = answer.variants.first() else { return Vec::new() };
     let method = &answer.method;
     let most = if method.is_day { " at most" } else { "" };
-    let [least_seeds, most_seeds] = method.seeds;
+    let seeds = match method.seeds {
+        [least, most] if least == most => least.to_string(),
+        [least, most] => format!("{least} to {most}"),
+    };
     let manager = match variant.is_managed_by_regatta {
         true => "Regatta's fleet manager",
         false => "a program of the user",
@@ -29,7 +32,7 @@ pub(super) fn assumptions(answer: &Answer, of: &str) -> Vec<Block> {
         ["a run".to_owned(), format!("{:.0} simulated minutes{most}", method.secs as f64 / 60.0)],
         [
             "runs".to_owned(),
-            format!("{least_seeds} to {most_seeds} for each number of robots, each with a seed"),
+            format!("{seeds} for each number of robots, each with a seed of its own"),
         ],
     ];
     vec![
