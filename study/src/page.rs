@@ -96,7 +96,8 @@ const SHORT_CELL: usize = 28;
 pub fn html(title: &str, blocks: &[Block]) -> String {
     let mut text = format!(
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width,initial-scale=1\">\n<title>{}</title>\n<style>\n{STYLE}</style>\n",
+         content=\"width=device-width,initial-scale=1\">\n<title>{}</title>\n\
+         <style>\n{STYLE}</style>\n",
         escape(title)
     );
     for block in blocks {

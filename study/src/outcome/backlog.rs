@@ -136,8 +136,8 @@ impl Backlog {
         largest
     }
 
-    /// Returns the seconds from the largest backlog until at most so many orders are open; `None` if
-    /// that doesn't come about.
+    /// Returns the seconds from the largest backlog until at most so many orders are open; `None`
+    /// if that doesn't come about.
     pub fn cleared_after_largest(&self, open: u64) -> Option<f64> {
         let (largest, at_secs) = self.largest();
         if largest <= open {

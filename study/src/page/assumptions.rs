@@ -86,8 +86,8 @@ pub(super) fn repeat(answer: &Answer, command: &str) -> Vec<Block> {
         Block::Heading(2, "How to repeat this".to_owned()),
         Block::Text(format!("`{command}`")),
         Block::Text(format!(
-            "With Regatta {program} and these files, this command gives the same `study.json`, byte \
-             for byte, on any machine. The seeds of each number of robots are 1, 2, 3 and so on. \
+            "With Regatta {program} and these files, this command gives the same `study.json`, \
+             byte for byte, on any machine. The seeds of each number of robots are 1, 2, 3 and so on. \
              `regatta study-run jobs/ID.json` in the study's folder repeats a single run; \
              `study.sqlite` has the command and the digest of each."
         )),

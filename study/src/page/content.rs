@@ -15,8 +15,8 @@ use crate::bottleneck::{Bottleneck, Relief, Remedy};
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
 
-/// Returns the blocks of a study's page. `base` is the first variant, and `command` the command line
-/// of the study.
+/// Returns the blocks of a study's page. `base` is the first variant, and `command` the command
+/// line of the study.
 pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));

@@ -189,8 +189,8 @@ fn table(cost: &CostAnswer, currency: &str, answer: Option<u32>) -> Block {
 const DEFINITIONS: [[&str; 2]; 8] = [
     [
         "investment",
-        "robots × `robot_price` + chargers × `charger_price` + `project_price`; all robots have one \
-         price, whatever their type",
+        "robots × `robot_price` + chargers × `charger_price` + `project_price`; all robots have \
+         one price, whatever their type",
     ],
     ["chargers", "robots / `robots_per_charger`, rounded up; without that, those of the layout"],
     ["capital a year", "investment × i (1 + i)ⁿ / ((1 + i)ⁿ − 1), the annuity (VDI 2710-4)"],
@@ -203,7 +203,8 @@ const DEFINITIONS: [[&str; 2]; 8] = [
     ["cost a year", "capital + maintenance + energy + operation"],
     [
         "cost an order",
-        "cost a year / (finished orders an hour × hours), of each run; then the mean over the seeds",
+        "cost a year / (finished orders an hour × hours), of each run; then the mean \
+         over the seeds",
     ],
 ];
 

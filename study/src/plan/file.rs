@@ -10,7 +10,7 @@
 //! reliefs: 3                    # bottlenecks whose relief is tried
 //! targets: ['p99 service < 6min', 'late < 1%']  # asks for the least number of robots that meets them
 //! orders: day.csv               # a day's orders in place of the load
-//! prices: {currency: EUR, robot_price: 48000}  # and others, for the cost of a year and of an order
+//! prices: {currency: EUR, robot_price: 48000}  # and others: the cost of a year and an order
 //! vary:                         # every combination is a variant; the first values are what the others are compared with
 //!   max_speed: [1.5, 2.0]
 //!   planner: [lanes, pibt]

@@ -18,9 +18,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Defines numbers within a range, and of another property if there is one, with the words that ask for one.
+/// Defines numbers within a range, and of another property if there is one, with the words that
+/// ask for one.
 macro_rules! numbers {
-    ($($(#[doc = $doc:literal])* $name:ident($range:expr $(, $also:expr)?): $wanted:literal,)*) => {$(
+    ($(
+        $(#[doc = $doc:literal])*
+        $name:ident($range:expr $(, $also:expr)?): $wanted:literal,
+    )*) => {$(
         $(#[doc = $doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(try_from = "f64")]
