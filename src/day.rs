@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use clap::Args;
 use regatta_layout::RouteGraph;
-use regatta_orders::{Places, TimedDraft, check_orders, read_orders, to_csv};
-use regatta_study::plan::Day;
+use regatta_orders::{FileTime, Places, TimedDraft, check_orders, read_orders, read_table, to_csv};
+use regatta_study::plan::{Day, DayClock};
 use serde_json::json;
 
 use crate::arguments::Time;
@@ -15,6 +15,8 @@ use crate::failure::Failure;
 
 /// The block of which days of a study are drawn, unless another one is given, in seconds.
 const BLOCK_SECS: f64 = 1800.0;
+/// Seconds of a day.
+const DAY_SECS: f64 = 86_400.0;
 
 /// The orders of a day.
 #[derive(Args, Clone, Debug, Default)]
@@ -98,7 +100,9 @@ impl DayArgs {
     /// If the file can't be read or is wrong, or an option needs the file.
     pub fn day(&self) -> Result<Option<Day>, Failure> {
         let Some(path) = &self.orders else { return self.without_orders() };
-        let orders = read_orders(path)?;
+        let table = read_table(path)?;
+        let clock = table.begin.and_then(clock);
+        let orders = table.into_orders().map_err(|error| of_file(path, &error.to_string()))?;
         let Some(last_secs) = orders.iter().map(|order| order.secs).reduce(f64::max) else {
             return Err(format!("{}: there are no orders in it", path.display()).into());
         };
@@ -108,6 +112,7 @@ impl DayArgs {
             timetable: to_csv(&orders),
             stops: stops(&orders),
             orders: orders.len(),
+            clock,
             last_secs,
             scale: self.scale.unwrap_or(1.0),
             shift_secs: self.shift_secs(),
@@ -124,6 +129,16 @@ impl DayArgs {
         let checked = check_orders(&read_orders(path)?, &places(graph));
         checked.map(drop).map_err(|error| of_file(path, &error.to_string()))
     }
+}
+
+/// Returns the time of day at which a day begins; `None` if its times are those of the simulation.
+fn clock(begin: FileTime) -> Option<DayClock> {
+    let is_utc = match begin {
+        FileTime::Secs(_) => return None,
+        FileTime::Clock(_) | FileTime::Local(_) => false,
+        FileTime::Instant(_) => true,
+    };
+    Some(DayClock { begin_secs: begin.secs().rem_euclid(DAY_SECS), is_utc })
 }
 
 fn of_file(path: &Path, reason: &str) -> Failure {

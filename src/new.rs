@@ -12,7 +12,7 @@ use regatta_scenario::{default_scenario, limits};
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
-use crate::output::{Force, check_file, unwritable, with_plural, write_file};
+use crate::output::{Force, check_file, quoted, unwritable, with_plural, write_file};
 use crate::trust;
 
 /// The most edges of a layout whose traffic is examined, which takes some seconds then.
@@ -157,13 +157,4 @@ fn allowed(graph: &RouteGraph, options: &ReadOptions) -> String {
         text += &format!("- {sentence}\n");
     }
     text
-}
-
-/// Returns a word for a shell.
-fn quoted(word: &str) -> String {
-    if word.chars().all(|letter| letter.is_alphanumeric() || "-_=./:,+".contains(letter)) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }

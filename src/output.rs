@@ -145,6 +145,15 @@ fn write_beside(path: &Path, bytes: &[u8], replaced: Option<Metadata>) -> io::Re
     Ok(())
 }
 
+/// Returns a word for a shell.
+pub fn quoted(word: &str) -> String {
+    if word.chars().all(|letter| letter.is_alphanumeric() || "-_=./:,+".contains(letter)) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,12 +10,18 @@ use regatta_study::store::Store;
 use serde_json::Value;
 
 use crate::failure::Failure;
-use crate::output::{show, write_inside};
+use crate::output::{quoted, show, write_inside};
 
 /// Writes the answer into the folder of the study, and prints it.
 pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failure> {
-    let blocks = content(answer, base);
+    let blocks = content(answer, base, &command_line());
     write_page(&serde_json::to_value(answer)?, &title(answer), &blocks, folder)
+}
+
+/// Returns the command line of this process, for a shell.
+fn command_line() -> String {
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    std::iter::once("regatta".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 /// Writes an answer as JSON and as a page into the folder of the study, and prints what the page
@@ -41,7 +47,7 @@ pub fn write_page(
         write_inside(&folder.join(name), &bytes)?;
     }
     for block in blocks {
-        if let Block::Answer(text) | Block::Caveat(text) = block {
+        if let Block::Answer(text) | Block::Finding(text) | Block::Caveat(text) = block {
             show(text.replace("**", "") + "\n");
         }
     }

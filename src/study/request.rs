@@ -10,9 +10,10 @@ use regatta_fleet_manager::PlannerKind;
 use regatta_layout::{MAX_FILE_BYTES, ReadOptions};
 use regatta_scenario::document;
 use regatta_study::certificate::most_robots;
+use regatta_study::job::content_hash;
 use regatta_study::plan::{
-    Axis, Day, FLEET_MANAGER, Plan, Precision, Question, Robots, RunTime, Setting, StudyFile,
-    Variant, is_study,
+    Axis, Day, FLEET_MANAGER, Input, Plan, Precision, Question, Robots, RunTime, Setting,
+    StudyFile, Variant, is_study,
 };
 use serde_json::Value;
 
@@ -62,6 +63,7 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     }
     let base = base(&plant, &options, day.as_ref())?;
     let variants = variants(base, &checked(axes)?, args, &options)?;
+    let inputs = inputs(path, day_args.orders.as_deref(), &variants)?;
     for variant in &variants {
         day_args.check(&variant.graph)?;
     }
@@ -72,6 +74,8 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
         precision,
         time: RunTime { secs: secs(args, file.as_ref(), day.as_ref())?, rate_hz: args.rate },
         reliefs,
+        inputs,
+        prices: file.and_then(|file| file.prices),
         program: version::short(),
         variants,
     })
@@ -82,6 +86,25 @@ pub fn text(path: &Path) -> Result<String, Failure> {
     let text = file::read(path, MAX_FILE_BYTES)
         .map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
     Ok(String::from_utf8_lossy(&text).into_owned())
+}
+
+/// Returns the files that the study is made of: the study file or the plant, those of the variants,
+/// and the orders.
+fn inputs(path: &Path, orders: Option<&Path>, variants: &[Variant]) -> Result<Vec<Input>, Failure> {
+    let mut paths = vec![path];
+    paths.extend(variants.iter().map(|variant| variant.file.as_path()));
+    paths.extend(orders);
+    let mut inputs: Vec<Input> = Vec::new();
+    for path in paths {
+        let bytes = file::read(path, MAX_FILE_BYTES)
+            .map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let input = Input { name, hash: content_hash(&bytes) };
+        if !inputs.contains(&input) {
+            inputs.push(input);
+        }
+    }
+    Ok(inputs)
 }
 
 fn question(args: &StudyArgs, file: Option<&StudyFile>) -> Question {

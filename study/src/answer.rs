@@ -1,8 +1,11 @@
 //! The answer of a study: curves, their knees, bottlenecks with their reliefs, and comparisons.
 
 mod comparison;
+mod cost;
 mod least;
 mod no_room;
+mod peaks;
+mod point;
 mod time;
 
 use std::collections::BTreeMap;
@@ -11,16 +14,19 @@ use serde::Serialize;
 
 use crate::bottleneck::Bottleneck;
 use crate::certificate::certificate;
-use crate::job::{Ending, Manager};
-use crate::outcome::{EdgeOutcome, Example, RunEnd, Stall};
-use crate::plan::{FleetType, Plan, Precision, Target, Variant};
+use crate::job::{Ending, Manager, layout_name};
+use crate::outcome::EdgeOutcome;
+use crate::plan::{FleetType, Input, Plan, Precision, Prices, Target, Variant};
 use crate::statistics::Interval;
-use crate::sweep::{Curve, Known, Point};
+use crate::sweep::{Curve, Known};
 use crate::workers::RunFailure;
 
 pub use comparison::{Comparison, Difference};
+pub use cost::{Cheapest, CostAnswer, CostFigure, Missing, PointCost};
 pub use least::{Binding, LeastAnswer, TargetAnswer};
 pub use no_room::NoRoom;
+pub use peaks::{BacklogAnswer, HourAnswer, MeanHour, PeaksAnswer, Spread};
+pub use point::{PointAnswer, RunAnswer};
 pub use time::{GroupTime, PartAnswer, TimeAnswer};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
@@ -34,16 +40,32 @@ pub struct Answer {
     pub method: Method,
     /// The traffic that the roads of the first variant allow its robots, in sentences.
     pub certificate: Vec<String>,
+    /// The files that the study was made of.
+    pub inputs: Vec<Input>,
+    /// The prices, if the user gave any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prices: Option<Prices>,
     /// The variants. The others are compared with the first.
     pub variants: Vec<VariantAnswer>,
     /// The comparisons of the other variants with the first one.
     pub comparisons: Vec<Comparison>,
-    /// The places that the first variant's robots wait for at its knee, the worst first.
+    /// The first variant with the number of robots of the answer.
+    #[serde(flatten)]
+    pub chosen: Chosen,
+}
+
+/// The first variant with the number of robots of the answer, in detail; nothing without an answer.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Chosen {
+    /// The places that robots wait for, the worst first.
     pub bottlenecks: Vec<Bottleneck>,
-    /// The edges of the first variant at its knee: means over the runs there.
+    /// The edges: means over the runs.
     pub edges: Vec<EdgeOutcome>,
-    /// The time of the first variant's orders with the number of robots of the answer.
+    /// The time of the orders.
     pub time: TimeAnswer,
+    /// The hours of a day, and its backlog.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peaks: Option<PeaksAnswer>,
 }
 
 /// The method of a study.
@@ -90,12 +112,17 @@ pub struct VariantAnswer {
     pub edges: usize,
     /// Nodes of the layout.
     pub nodes: usize,
+    /// The file of the layout in the study's folder `files`: the hash of its content.
+    pub layout_file: String,
     /// The points of the curve, by ascending robots.
     pub points: Vec<PointAnswer>,
     /// The knee.
     pub knee: Option<KneeAnswer>,
     /// The least number of robots that meets the targets.
     pub least: Option<LeastAnswer>,
+    /// The cost of its fleets, if there are prices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cost: Option<CostAnswer>,
     /// Numbers of robots of which a run failed, with the reasons.
     pub failed: Vec<(u32, String)>,
     /// Numbers of robots that don't fit on the layout.
@@ -129,90 +156,6 @@ pub struct KneeAnswer {
     pub stalls_from: Option<u32>,
 }
 
-/// A point of a curve: means over its runs, with intervals.
-#[derive(Clone, Debug, Serialize)]
-pub struct PointAnswer {
-    /// The number of robots.
-    pub robots: u32,
-    /// The seeds of its runs, with the digests of all frames.
-    pub runs: Vec<RunAnswer>,
-    /// Its figures against the targets.
-    pub targets: Vec<TargetAnswer>,
-    /// Finished orders an hour.
-    pub orders_per_hour: Option<Interval>,
-    /// Finished stops an hour.
-    pub stops_per_hour: Option<Interval>,
-    /// The mean time from an order's creation to its end, in seconds.
-    pub service_mean_secs: Option<Interval>,
-    /// The median of it.
-    pub service_p50_secs: Option<Interval>,
-    /// The 90th percentile of it.
-    pub service_p90_secs: Option<Interval>,
-    /// The 95th percentile of it.
-    pub service_p95_secs: Option<Interval>,
-    /// The 99th percentile of it.
-    pub service_p99_secs: Option<Interval>,
-    /// The longest.
-    pub service_longest_secs: Option<Interval>,
-    /// The part of the orders with a deadline that were late.
-    pub late: Option<Interval>,
-    /// The part of the robots' time with an order.
-    pub utilisation: Option<Interval>,
-    /// The part of the robots' time in which they wait for room.
-    pub waiting: Option<Interval>,
-    /// The part of the way without a load.
-    pub empty: Option<Interval>,
-    /// The parts of an order's time, which add up to its mean time.
-    pub order_time: Vec<PartAnswer>,
-    /// The parts of the robots' time, which add up to 1.
-    pub robot_time: Vec<PartAnswer>,
-    /// The warm-up that was cut off, in seconds: the mean.
-    pub warm_up_secs: Option<Interval>,
-    /// Contacts in all runs.
-    pub contacts: u64,
-    /// Orders that waited for a long time, in all runs.
-    pub unserved: u64,
-    /// Other findings of the validator in all runs, by kind.
-    pub other_findings: BTreeMap<String, u64>,
-    /// Orders that were finished in all runs, the warm-ups included.
-    pub finished_orders: u64,
-    /// Orders that the manager gave up, in all runs.
-    pub failed_orders: u64,
-    /// Orders that weren't over at the end.
-    pub open_orders: Option<Interval>,
-    /// Runs of a day that weren't over at their limit.
-    pub overdue_runs: usize,
-}
-
-/// Adds numbers by kind.
-fn sums<'a>(parts: impl Iterator<Item = &'a BTreeMap<String, u64>>) -> BTreeMap<String, u64> {
-    let mut sums = BTreeMap::new();
-    for (kind, count) in parts.flatten() {
-        *sums.entry(kind.clone()).or_default() += count;
-    }
-    sums
-}
-
-/// A run of a point.
-#[derive(Clone, Debug, Serialize)]
-pub struct RunAnswer {
-    /// The seed.
-    pub seed: u64,
-    /// The digest of all frames.
-    pub digest: String,
-    /// Finished orders an hour.
-    pub orders_per_hour: f64,
-    /// Orders that were finished in the whole run, the warm-up included.
-    pub finished_orders: u64,
-    /// Orders that waited for a long time.
-    pub unserved: u64,
-    /// Times in which robots with orders made no progress. The figures of such a run aren't those
-    /// of traffic.
-    pub stalls: Vec<Stall>,
-    /// The first finding of the validator of each kind.
-    pub examples: BTreeMap<String, Example>,
-}
-
 impl Answer {
     /// Combines the results. `known` has the runs of all variants, in their order, and `places`
     /// the place that robots wait for the most in the runs that miss a target.
@@ -221,9 +164,7 @@ impl Answer {
         curves: &[Curve],
         known: &[Known],
         places: &[Option<String>],
-        bottlenecks: Vec<Bottleneck>,
-        edges: Vec<EdgeOutcome>,
-        time: TimeAnswer,
+        chosen: Chosen,
     ) -> Self {
         let Precision { least_seeds, most_seeds, interval, knee, .. } = plan.precision;
         let method = Method {
@@ -243,6 +184,9 @@ impl Answer {
         {
             let mut answer = VariantAnswer::new(variant, targets, curve, known);
             answer.least = LeastAnswer::new(targets, curve, place.clone());
+            answer.cost = plan.prices.as_ref().map(|prices| {
+                CostAnswer::new(prices, variant, targets, curve, answer.least.as_ref())
+            });
             answer.robot_types = variant.types_of(answer.robots());
             variants.push(answer);
         }
@@ -260,11 +204,11 @@ impl Answer {
             program,
             method,
             certificate,
+            inputs: plan.inputs.clone(),
+            prices: plan.prices.clone(),
             variants,
             comparisons,
-            bottlenecks,
-            edges,
-            time,
+            chosen,
         }
     }
 
@@ -272,7 +216,7 @@ impl Answer {
     /// don't fit on the layout are an answer.
     pub fn has_failures(&self) -> bool {
         self.variants.iter().any(|variant| !variant.failed.is_empty())
-            || self.bottlenecks.iter().any(|bottleneck| bottleneck.failure.is_some())
+            || self.chosen.bottlenecks.iter().any(|bottleneck| bottleneck.failure.is_some())
     }
 }
 
@@ -331,61 +275,25 @@ impl VariantAnswer {
             robot_types: Vec::new(),
             edges: variant.graph.edges().len(),
             nodes: variant.graph.nodes().len(),
+            layout_file: layout_name(&variant.layout_text()),
             contacts: points.iter().map(|point| point.contacts).sum(),
             unserved: points.iter().map(|point| point.unserved).sum(),
             other_findings: sums(points.iter().map(|point| &point.other_findings)),
             points,
             knee,
             least: None,
+            cost: None,
             failed: failed.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
             no_room: NoRoom::of(known),
         }
     }
 }
 
-impl PointAnswer {
-    /// The runs in which robots made no progress.
-    pub fn stalled(&self) -> impl Iterator<Item = &RunAnswer> {
-        self.runs.iter().filter(|run| !run.stalls.is_empty())
+/// Adds numbers by kind.
+fn sums<'a>(parts: impl Iterator<Item = &'a BTreeMap<String, u64>>) -> BTreeMap<String, u64> {
+    let mut sums = BTreeMap::new();
+    for (kind, count) in parts.flatten() {
+        *sums.entry(kind.clone()).or_default() += count;
     }
-
-    fn new(targets: &[Target], point: &Point) -> Self {
-        let overdue = point.runs.iter().filter(|run| run.end == RunEnd::Overdue);
-        let runs = point.seeds.iter().zip(&point.runs).map(|(seed, run)| RunAnswer {
-            seed: *seed,
-            digest: run.digest.clone(),
-            orders_per_hour: run.orders_per_hour,
-            finished_orders: run.finished_orders,
-            unserved: run.unserved,
-            stalls: run.stalls.clone(),
-            examples: run.examples.clone(),
-        });
-        Self {
-            robots: point.robots,
-            runs: runs.collect(),
-            targets: targets.iter().map(|target| TargetAnswer::new(target, point)).collect(),
-            overdue_runs: overdue.count(),
-            orders_per_hour: point.counted_throughput(),
-            stops_per_hour: point.interval(|run| Some(run.stops_per_hour)),
-            service_mean_secs: point.service(|service| service.mean_secs),
-            service_p50_secs: point.service(|service| service.p50_secs),
-            service_p90_secs: point.service(|service| service.p90_secs),
-            service_p95_secs: point.service(|service| service.p95_secs),
-            service_p99_secs: point.service(|service| service.p99_secs),
-            service_longest_secs: point.service(|service| service.longest_secs),
-            late: point.interval(|run| run.late),
-            utilisation: point.interval(|run| Some(run.utilisation)),
-            waiting: point.interval(|run| Some(run.waiting)),
-            empty: point.interval(|run| run.empty),
-            order_time: time::order_time(point),
-            robot_time: time::robot_time(point),
-            warm_up_secs: point.interval(|run| Some(run.warm_up_secs)),
-            contacts: point.runs.iter().map(|run| run.contacts).sum(),
-            unserved: point.runs.iter().map(|run| run.unserved).sum(),
-            other_findings: sums(point.runs.iter().map(|run| &run.other_findings)),
-            finished_orders: point.runs.iter().map(|run| run.finished_orders).sum(),
-            failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
-            open_orders: point.interval(|run| Some(run.open_orders as f64)),
-        }
-    }
+    sums
 }

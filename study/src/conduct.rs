@@ -4,9 +4,9 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::answer::{Answer, Difference, TimeAnswer};
+use crate::answer::{Answer, Chosen, Difference, PeaksAnswer, TimeAnswer};
 use crate::bottleneck::{Bottleneck, Relief, bottlenecks};
-use crate::job::{Job, JobId};
+use crate::job::{Ending, Job, JobId};
 use crate::outcome::Measured;
 use crate::plan::{Plan, PlanError, Question, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
@@ -106,9 +106,9 @@ impl<'a> Conductor<'a> {
         if let (Some((_, reason)), true) = (first.failed.first(), first.points.is_empty()) {
             return Err(StudyError::AllFailed(reason.clone()));
         }
-        let (mut found, mut edges, mut time) = (Vec::new(), Vec::new(), TimeAnswer::default());
-        if let Some(chosen) = first.chosen() {
-            let point = &first.points[chosen];
+        let mut chosen = Chosen::default();
+        if let Some(index) = first.chosen() {
+            let point = &first.points[index];
             let (robots, seeds) = (point.robots, &*point.seeds);
             if plan.question == Question::Knee {
                 // The other variants need the runs of the first one at its knee, to be compared
@@ -116,11 +116,8 @@ impl<'a> Conductor<'a> {
                 let others = runs(1..experiments.len(), robots, seeds);
                 self.round(&mut experiments, &others, Some(plan.reliefs * seeds.len()))?;
             }
-            let ids = self.ids(&experiments[0], point);
-            edges = self.store.edges(&ids);
-            time = TimeAnswer::new(&plan.variants[0].graph, &self.store.outcomes(&ids));
-            found = bottlenecks(&plan.variants[0], &edges, waiting_robots(point), plan.time.secs);
-            self.relieve(&experiments[0], &mut found, robots, seeds)?;
+            chosen = self.look_at(&experiments[0], point);
+            self.relieve(&experiments[0], &mut chosen.bottlenecks, robots, seeds)?;
         }
         let mut places = Vec::new();
         for (experiment, curve) in experiments.iter().zip(&curves) {
@@ -129,7 +126,20 @@ impl<'a> Conductor<'a> {
         let known: Vec<Known> =
             experiments.into_iter().map(|experiment| experiment.known).collect();
         self.tell_doubts();
-        Ok(Answer::new(plan, &curves, &known, &places, found, edges, time))
+        Ok(Answer::new(plan, &curves, &known, &places, chosen))
+    }
+
+    /// Returns a point of an experiment in detail, without reliefs.
+    fn look_at(&self, experiment: &Experiment<'_>, point: &Point) -> Chosen {
+        let (variant, ids) = (experiment.variant, self.ids(experiment, point));
+        let (edges, outcomes) = (self.store.edges(&ids), self.store.outcomes(&ids));
+        let is_day = variant.ending() == Ending::AfterOrders;
+        Chosen {
+            bottlenecks: bottlenecks(variant, &edges, waiting_robots(point), self.plan.time.secs),
+            edges,
+            time: TimeAnswer::new(&variant.graph, &outcomes),
+            peaks: PeaksAnswer::new(point.robots, variant.clock(), &outcomes).filter(|_| is_day),
+        }
     }
 
     /// Returns the jobs of the runs of a point.

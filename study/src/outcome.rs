@@ -1,5 +1,6 @@
 //! The outcome of a job, and the figures that a study takes from it.
 
+mod backlog;
 mod example;
 mod measured;
 mod stall;
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::job::{Ending, JobId};
 
+pub use backlog::{Backlog, HOUR_SECS, HourOrders, hours};
 pub use example::{Example, examples};
 pub(crate) use measured::CONTACT;
 pub use measured::{Measured, RunEnd, Service};

@@ -1,17 +1,22 @@
 //! The page of a study: the same content as HTML with its pictures in it, and as Markdown with
 //! pictures beside it.
 
+mod assumptions;
 mod caveats;
 mod chart;
 mod content;
+mod cost;
 mod heat_map;
+mod hint;
 mod least;
 mod master;
 mod method;
+mod peaks;
 mod plan;
 mod stack;
 mod stall_map;
 mod time;
+mod timeline;
 mod verdict;
 
 use std::fmt::Write as _;
@@ -30,6 +35,8 @@ pub enum Block {
     Text(String),
     /// The answer to the reader's question.
     Answer(String),
+    /// A further finding.
+    Finding(String),
     /// A restriction of the answer.
     Caveat(String),
     /// A table: the first row is its head.
@@ -58,7 +65,9 @@ pub fn markdown(blocks: &[Block]) -> String {
 fn markdown_block(block: &Block) -> String {
     match block {
         Block::Heading(level, heading) => format!("{} {heading}", "#".repeat(usize::from(*level))),
-        Block::Text(paragraph) | Block::Caveat(paragraph) => paragraph.clone(),
+        Block::Text(paragraph) | Block::Finding(paragraph) | Block::Caveat(paragraph) => {
+            paragraph.clone()
+        }
         Block::Answer(answer) => format!("> {answer}"),
         Block::Table(rows) => markdown_table(rows),
         Block::Picture(picture) => format!("![{}]({}.svg)", picture.caption, picture.name),
@@ -77,22 +86,18 @@ fn markdown_table(rows: &[Vec<String>]) -> String {
     lines.join("\n")
 }
 
-/// The style of the page, on a screen and on paper.
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;color:#1d2733;background:#fff;max-width:72rem;margin:2rem auto;\
-padding:0 1.5rem}h1{font-size:1.8rem;line-height:1.2}h2{margin-top:2.5rem}.answer{font-size:1.35rem;line-height:1.4;\
-border-left:.35rem solid #0072b2;padding:.2rem 0 .2rem 1rem;margin:1rem 0}\
-.caveat{border-left:.35rem solid #d55e00;padding-left:1rem}\
-table{border-collapse:collapse;\
-font-variant-numeric:tabular-nums;margin:1rem 0;font-size:.9rem}th,td{padding:.3rem .8rem .3rem 0;text-align:right;\
-border-bottom:1px solid #dde3ea;vertical-align:top}th{font-weight:600}\
-figure{margin:1.5rem 0}figure svg{max-width:100%;height:auto}figcaption{color:#5a6875;font-size:.9rem}\
-code{font-size:.9em}.scroll{overflow-x:auto}";
+/// The style of the page, on a screen and on paper, and what makes its tables sortable.
+const STYLE: &str = include_str!("page/page.css");
+const SCRIPT: &str = include_str!("page/page.js");
+/// The most letters of a cell that isn't broken into lines.
+const SHORT_CELL: usize = 28;
 
 /// Returns the page as one HTML file that has its pictures in it and needs no network.
 pub fn html(title: &str, blocks: &[Block]) -> String {
     let mut text = format!(
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width,initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}</style>\n",
+         content=\"width=device-width,initial-scale=1\">\n<title>{}</title>\n\
+         <style>\n{STYLE}</style>\n",
         escape(title)
     );
     for block in blocks {
@@ -102,6 +107,9 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
                 writeln!(text, "<h{level}>{}</h{level}>", inline(heading))
             }
             Block::Text(paragraph) => writeln!(text, "<p>{}</p>", inline(paragraph)),
+            Block::Finding(finding) => {
+                writeln!(text, "<p class=\"finding\">{}</p>", inline(finding))
+            }
             Block::Answer(answer) => writeln!(text, "<p class=\"answer\">{}</p>", inline(answer)),
             Block::Caveat(caveat) => writeln!(text, "<p class=\"caveat\">{}</p>", inline(caveat)),
             Block::Table(rows) => writeln!(text, "{}", html_table(rows)),
@@ -112,20 +120,29 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
             ),
         };
     }
-    text + "</html>\n"
+    text + "<script>\n" + SCRIPT + "</script>\n</html>\n"
 }
 
 fn html_table(rows: &[Vec<String>]) -> String {
-    let mut text = "<div class=\"scroll\"><table>\n".to_owned();
-    for (index, row) in rows.iter().enumerate() {
-        let tag = if index == 0 { "th" } else { "td" };
-        text += "<tr>";
-        for cell in row {
-            text += &format!("<{tag}>{}</{tag}>", inline(cell));
-        }
-        text += "</tr>\n";
+    let Some((head, body)) = rows.split_first() else { return String::new() };
+    // Two columns are a list of words and what they mean.
+    let class = if head.len() == 2 { " class=\"words\"" } else { "" };
+    let head = html_row(head, "th");
+    let body: String = body.iter().map(|row| html_row(row, "td")).collect();
+    format!(
+        "<div class=\"scroll\"><table{class}>\n<thead>\n{head}</thead>\n<tbody>\n{body}</tbody>\n\
+         </table></div>"
+    )
+}
+
+fn html_row(cells: &[String], tag: &str) -> String {
+    let mut text = "<tr>".to_owned();
+    for cell in cells {
+        let is_short = tag == "td" && cell.chars().count() <= SHORT_CELL;
+        let class = if is_short { " class=\"short\"" } else { "" };
+        text += &format!("<{tag}{class}>{}</{tag}>", inline(cell));
     }
-    text + "</table></div>"
+    text + "</tr>\n"
 }
 
 /// Returns a text with `**strong**` and `` `code` `` as elements.
@@ -172,7 +189,8 @@ mod tests {
             "{page}"
         );
         assert!(
-            page.contains("<th>robots</th>") && page.contains("<td><strong>7</strong></td>"),
+            page.contains("<th>robots</th>")
+                && page.contains("<td class=\"short\"><strong>7</strong></td>"),
             "{page}"
         );
         assert!(page.contains("see <code>runs</code>"), "{page}");

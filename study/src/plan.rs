@@ -2,6 +2,7 @@
 
 mod day;
 mod file;
+mod prices;
 mod robots;
 mod scenario;
 mod setting;
@@ -10,8 +11,9 @@ mod variant;
 
 use std::path::PathBuf;
 
-pub use day::Day;
+pub use day::{Day, DayClock};
 pub use file::{StudyFile, is_study};
+pub use prices::Prices;
 pub use robots::{ParseRobotsError, Robots, robots_in_words};
 pub use scenario::{
     Breakdowns, Disturbances, Load, RobotGroup, RobotType, Routes, RunScenario, Setup,
@@ -23,6 +25,7 @@ pub use variant::{FLEET_MANAGER, FleetType, RunTime, Variant};
 use regatta_layout::traffic::CutOff;
 use regatta_layout::{ChangeError, GraphError};
 use regatta_scenario::ScenarioError;
+use serde::Serialize;
 
 /// A study.
 #[derive(Clone, Debug)]
@@ -39,10 +42,23 @@ pub struct Plan {
     pub time: RunTime,
     /// The number of bottlenecks whose relief is tried.
     pub reliefs: usize,
+    /// The files that it is made of.
+    pub inputs: Vec<Input>,
+    /// The prices, if the user gives any.
+    pub prices: Option<Prices>,
     /// The version of the program.
     pub program: String,
     /// The variants; at least one. The others are compared with the first.
     pub variants: Vec<Variant>,
+}
+
+/// A file that a study was made of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// Its name, without folders.
+    pub name: String,
+    /// The hash of its content: XXH3 of 128 bits, in hexadecimal digits.
+    pub hash: String,
 }
 
 /// The question of a study.

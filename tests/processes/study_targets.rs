@@ -131,6 +131,77 @@ fn variants_have_a_table_of_their_least_fleets() {
     assert!(page.contains("| variant | robots | longest service < 1100 s | binds |"), "{page}");
 }
 
+/// Prices whose cost is calculated by hand below.
+const PRICES: &str = "prices: {currency: EUR, robot_price: 50000, charger_price: 0, \
+    project_price: 100000, interest_percent: 10, life_years: 2, maintenance_percent: 5, \
+    robot_kw: 0.5, energy_price_per_kwh: 0.2, operator_per_year: 60000, \
+    operating_hours_per_year: 4000}\n";
+
+/// Studies four robots with prices; returns what is said, and the answer.
+fn study_of_four(folder: &Path, name: &str, prices: &str) -> (String, Value) {
+    plant(folder);
+    let file = folder.join(format!("{name}.yaml"));
+    let study = "plant: bays.csv\norders: day.csv\nresample: none\nrobots: [4]\n\
+                 seeds: {least: 2, most: 2}\ntargets: [longest service < 1100s]\n";
+    fs::write(&file, format!("{study}{prices}")).expect("written");
+    let output = folder.join(name);
+    let done = regatta().arg("study").arg(&file).arg("--output").arg(&output).output();
+    let done = done.expect("regatta starts");
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let answer = fs::read(output.join("study.json")).expect("an answer");
+    (text(&done.stdout), serde_json::from_slice(&answer).expect("JSON"))
+}
+
+#[test]
+fn the_cost_and_the_hours_of_a_day_are_those_by_hand() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (said, answer) = study_of_four(folder.path(), "priced", PRICES);
+    // Four robots and the project cost 300,000, of which 121 / 210 are due a year; maintenance is
+    // 10,000, and energy 4 · 0.5 kW · 4000 h · 0.2.
+    let year = 300_000.0 * 121.0 / 210.0 + 10_000.0 + 1600.0 + 60_000.0;
+    let variant = &answer["variants"][0];
+    let cost = &variant["cost"]["points"][0];
+    let runs = variant["points"][0]["runs"].as_array().expect("runs").iter();
+    let orders = runs.map(|run| 4000.0 * run["orders_per_hour"].as_f64().expect("a number"));
+    let of_runs: Vec<f64> = orders.map(|orders| year / orders).collect();
+    let order = of_runs.iter().sum::<f64>() / of_runs.len() as f64;
+    for (figure, expected) in [("per_year", year), ("per_order", order)] {
+        let mean = cost[figure]["mean"].as_f64().expect(figure);
+        assert!((mean / expected - 1.0).abs() < 1e-9, "{figure}: {mean} instead of {expected}");
+    }
+    assert!(said.contains("Cost: 4 robots are the cheapest"), "{said}");
+    // All orders come at once. After two rounds, four are open; after the third one, none.
+    let peaks = &answer["peaks"];
+    let hours = peaks["hours"].as_array().expect("hours");
+    let count = |key: &str| hours[0][key]["mean"].as_f64().expect(key);
+    assert_eq!((hours.len(), count("released"), count("carried")), (1, 12.0, 12.0));
+    assert_eq!(peaks["backlog"]["largest"]["mean"], 12.0);
+    for (key, rounds) in [("cleared_after_largest_secs", 2.0), ("cleared_after_last_secs", 3.0)] {
+        let secs = peaks["backlog"][key]["mean"].as_f64().expect(key);
+        let range = rounds * DWELL_SECS..rounds * (DWELL_SECS + WAY_SECS);
+        assert!(range.contains(&secs), "{key}: {secs} s");
+    }
+    for part in ["in the mean hour 12.0 orders come", "At most 12 orders are open at once; "] {
+        assert!(said.contains(part), "{said}");
+    }
+    for file in ["backlog.svg", "hours.png", "cost-year.svg", "cost-order.png"] {
+        assert!(folder.path().join("priced").join(file).exists(), "{file}");
+    }
+}
+
+#[test]
+fn a_price_that_is_missing_is_told_with_the_figures_that_lack_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let prices = PRICES.replace("operator_per_year: 60000, ", "");
+    let (said, answer) = study_of_four(folder.path(), "unpriced", &prices);
+    let cost = &answer["variants"][0]["cost"];
+    assert_eq!((&cost["points"][0]["per_year"], &cost["cheapest"]), (&Value::Null, &Value::Null));
+    assert_eq!(cost["points"][0]["investment"], 300_000.0);
+    let told =
+        "operation a year lacks `operator_per_year`; therefore also cost a year, cost an order";
+    assert!(said.contains(told), "{said}");
+}
+
 #[test]
 fn a_day_is_replayed_in_a_run_as_in_a_study() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -127,18 +127,12 @@ impl TargetAnswer {
             target: target.to_string(),
             name: target.name(),
             value,
-            words: value.map_or_else(|| "no figure".to_owned(), |value| in_words(target, &value)),
+            words: value.map_or_else(
+                || "no figure".to_owned(),
+                |value| target.in_words(value.mean, value.half_width),
+            ),
             margin: value.map(|value| target.margin(value.mean)),
             standing: standing(target, point),
         }
-    }
-}
-
-fn in_words(target: &Target, Interval { mean, half_width, .. }: &Interval) -> String {
-    match half_width {
-        Some(half_width) if *half_width > 0.0 => {
-            format!("{} ± {}", target.in_words(*mean), target.in_words(*half_width))
-        }
-        _ => target.in_words(*mean),
     }
 }

@@ -7,6 +7,7 @@ use regatta_meter::meter::Effort;
 use regatta_meter::orders::Finished;
 
 use super::Outcome;
+use super::backlog::{HOUR_SECS, created_secs};
 
 /// The parts of an order's time from its creation to its end, which add up to it.
 pub const ORDER_PARTS: [&str; 7] = [
@@ -32,7 +33,6 @@ pub const ROBOT_PARTS: [&str; 9] = [
     "out of service",
     "idle",
 ];
-const HOUR_SECS: f64 = 3600.0;
 
 /// The time of some orders.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,11 +72,11 @@ pub enum Grouping {
 pub type Group = Vec<u32>;
 
 impl Grouping {
-    fn of(self, order: &Finished) -> Group {
+    fn of(self, order: &Finished, tick_secs: f64) -> Group {
         match self {
             Self::Station => vec![order.ends[0]],
             Self::Relation => order.ends.to_vec(),
-            Self::Hour => vec![((order.at_secs - order.service_secs) / HOUR_SECS) as u32],
+            Self::Hour => vec![(created_secs(order, tick_secs) / HOUR_SECS) as u32],
         }
     }
 }
@@ -86,7 +86,7 @@ pub fn by_group(outcomes: &[Outcome], grouping: Grouping) -> BTreeMap<Group, Ord
     let mut groups: BTreeMap<Group, OrderTime> = BTreeMap::new();
     for Figures { finished, tick_secs, .. } in outcomes.iter().map(|outcome| &outcome.figures) {
         for order in finished {
-            groups.entry(grouping.of(order)).or_default().add(order, *tick_secs);
+            groups.entry(grouping.of(order, *tick_secs)).or_default().add(order, *tick_secs);
         }
     }
     groups

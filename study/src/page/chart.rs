@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
+use super::hint::{Hint, add_hints, value};
+
 /// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is
 /// hard to see on white.
 pub const COLOURS: [RGBColor; 7] = [
@@ -61,14 +63,16 @@ pub struct ChartPoint {
 pub fn chart(chart: &Chart<'_>) -> String {
     let mut svg = String::new();
     // Drawing into a text fails only if the chart has no room, which its size is made for.
-    let _ = draw(chart, &mut svg);
+    let hints = draw(chart, &mut svg).unwrap_or_default();
+    add_hints(&mut svg, &hints);
     svg
 }
 
 /// The most labels of the axis of robots.
 const MOST_LABELS: usize = 11;
 
-type DrawResult = Result<(), Box<dyn std::error::Error>>;
+/// The hints of a plot, or the reason why it has no room.
+pub(super) type DrawResult = Result<Vec<Hint>, Box<dyn std::error::Error>>;
 
 fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
@@ -107,6 +111,7 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         let style = RGBColor(90, 104, 117).stroke_width(1);
         area.draw_series(DashedLineSeries::new([(knee, ys.start), (knee, ys.end)], 5, 4, style))?;
     }
+    let mut hints = Vec::new();
     for (series, colour) in chart.series.iter().zip(COLOURS.iter().cycle()) {
         let (stalled, moving): (Vec<&ChartPoint>, Vec<&ChartPoint>) =
             series.points.iter().partition(|point| point.is_stalled);
@@ -120,9 +125,25 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
             let ends = [(x, mean - half_width), (x, mean + half_width)];
             PathElement::new(ends, colour.stroke_width(2))
         }))?;
+        hints.extend(series.points.iter().map(|point| {
+            let pixel = area.backend_coord(&(point.robots, point.mean));
+            Hint::of_point(pixel, in_words(chart, series, point))
+        }));
     }
     root.present()?;
-    Ok(())
+    Ok(hints)
+}
+
+/// The text of a point under the pointer.
+fn in_words(chart: &Chart<'_>, series: &Series, point: &ChartPoint) -> String {
+    let ChartPoint { robots, mean, half_width, .. } = point;
+    let name =
+        if series.name.is_empty() { String::new() } else { format!("{}, ", series.name.trim()) };
+    let spread = match *half_width > 0.0 {
+        true => format!(" ± {}", value(*half_width)),
+        false => String::new(),
+    };
+    format!("{robots} {}: {name}{}{spread} {}", chart.x, value(*mean), chart.y)
 }
 
 /// Returns the places of names in the legend, line by line; none if there is nothing to tell apart.
@@ -181,6 +202,8 @@ mod tests {
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3);
         assert!(svg.contains("robots") && svg.contains("orders"), "{svg}");
+        let hint = "<title>2 robots: a, 19.0 orders</title>";
+        assert!(svg.contains(hint) && svg.contains(": a, 30.0 ± 2.00 orders"), "{svg}");
         assert!(svg.contains("\na\n"), "its name is in the legend: {svg}");
         let places = legend(&["a long name of a series of figures"; 4]);
         assert!(

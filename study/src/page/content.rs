@@ -1,5 +1,6 @@
 //! The content of the page, as blocks.
 
+use super::assumptions::{assumptions, repeat};
 use super::caveats::{caveats, has_findings, safety};
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
@@ -8,19 +9,23 @@ use super::method::method;
 use super::stall_map::stall_map;
 use super::time::time;
 use super::verdict::{has_too_few, numbers, orders_in_words, verdict};
-use super::{Block, Picture};
+use super::{Block, Picture, cost, peaks};
 use crate::answer::{Answer, Comparison, Difference, NoRoom, PointAnswer, VariantAnswer};
 use crate::bottleneck::{Bottleneck, Relief, Remedy};
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
 
-/// Returns the blocks of a study's page. `base` is the first variant.
-pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
+/// Returns the blocks of a study's page. `base` is the first variant, and `command` the command
+/// line of the study.
+pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
     blocks.extend(answer.variants.first().and_then(numbers));
     blocks.extend(fleets(answer));
+    blocks.extend(peaks::finding(answer, &first_of_several(answer)));
+    blocks.extend(cost::findings(answer));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
+    blocks.extend(assumptions(answer, &first_of_several(answer)));
     blocks.extend(stall_picture(answer, base));
     blocks.push(match has_findings(answer) {
         true => Block::Caveat(safety(answer)),
@@ -32,6 +37,8 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     let effort = format!("{}What robots spend their time on", first_of_several(answer));
     blocks.push(picture("effort", &effort, effort_chart(answer)));
     blocks.extend(time(answer, &first_of_several(answer)));
+    blocks.extend(peaks::peaks(answer, &first_of_several(answer)));
+    blocks.extend(cost::cost(answer));
     for comparison in &answer.comparisons {
         blocks.extend(comparison_blocks(answer, comparison));
     }
@@ -43,6 +50,7 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     }
     blocks.push(Block::Heading(2, "Method".to_owned()));
     blocks.extend(method(answer).into_iter().map(Block::Text));
+    blocks.extend(repeat(answer, command));
     blocks
 }
 
@@ -292,7 +300,7 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     };
     let (of, robots) = (first_of_several(answer), robots_in_words(robots));
     let mut blocks = vec![Block::Heading(2, format!("{of}Waiting, with {robots}"))];
-    if answer.bottlenecks.is_empty() {
+    if answer.chosen.bottlenecks.is_empty() {
         let waiting = answered_point(answer).and_then(|point| point.waiting);
         let text = match waiting.map(|waiting| waiting.mean) {
             Some(share @ 0.005..) => format!(
@@ -305,7 +313,8 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
         blocks.push(Block::Text(text));
         return blocks;
     }
-    let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
+    let map =
+        heat_map(&base.graph, &answer.chosen.edges, &answer.chosen.bottlenecks, answer.method.secs);
     let caption = format!(
         "{of}The places where robots stand and wait, with {robots}. Each number marks a place that \
          they wait for."
@@ -320,7 +329,7 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
         "what would relieve it",
         "that brings",
     ])];
-    for (bottleneck, rank) in answer.bottlenecks.iter().zip(1..) {
+    for (bottleneck, rank) in answer.chosen.bottlenecks.iter().zip(1..) {
         rows.push(bottleneck_row(bottleneck, rank));
     }
     blocks.push(Block::Table(rows));

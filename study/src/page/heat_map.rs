@@ -52,10 +52,17 @@ pub fn heat_map(
     }
     for (bottleneck, rank) in bottlenecks.iter().zip(1..).take(MARKED) {
         let at = plan.pixel(bottleneck.position.into());
+        svg.element("g").open();
+        svg.element("title").content(format_args!(
+            "{}: {:.2} robots wait for it, on average",
+            bottleneck.place(),
+            bottleneck.robots_waiting
+        ));
         let disc = svg.circle(at, 11.0).fill("#fff").set("fill-opacity", 0.85);
         disc.stroke("#d55e00", 2);
         let text = svg.text(at + DVec2::new(0.0, 4.5)).set("text-anchor", "middle");
         text.fill("#a03c00").content(rank);
+        svg.close();
     }
     write_legend(&mut svg, plan.size.y, most);
     svg.finish()

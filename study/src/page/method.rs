@@ -1,7 +1,6 @@
 //! The paragraphs on the method of a study.
 
-use crate::answer::{Answer, Method, VariantAnswer};
-use crate::plan::{FleetType, robots_in_words};
+use crate::answer::{Answer, Method};
 
 /// Returns the paragraphs on the method.
 pub(super) fn method(answer: &Answer) -> Vec<String> {
@@ -25,15 +24,9 @@ pub(super) fn method(answer: &Answer) -> Vec<String> {
 
 fn runs(answer: &Answer) -> String {
     let method = &answer.method;
-    let (load, nodes, edges) = match answer.variants.first() {
-        Some(variant) => (&*variant.load, variant.nodes, variant.edges),
-        None => ("", 0, 0),
-    };
-    let robots = answer.variants.first().map_or_else(String::new, robots);
     let minutes = method.secs as f64 / 60.0;
     format!(
-        "Regatta {}. The roads have {nodes} nodes and {edges} edges. Robots: {robots}. Load: \
-         {load}. Each run is the real engine with the fleet manager, the validator, and \
+        "Regatta {}. Each run is the real engine with the fleet manager, the validator, and \
          meters of traffic and orders in lockstep: {minutes:.0} simulated minutes{} at {} ticks a \
          second. A run repeats bit by bit; `runs` in `study.sqlite` has the command and the digest \
          of each.",
@@ -41,27 +34,6 @@ fn runs(answer: &Answer) -> String {
         if method.is_day { " at most" } else { "" },
         method.rate_hz,
     )
-}
-
-/// The sizes of the robots, by type if there are several.
-fn robots(variant: &VariantAnswer) -> String {
-    let types = variant.robot_types.iter().map(|FleetType { name, size, robots }| {
-        let [length, width] = size;
-        let size = format!("{length} m × {width} m");
-        match (name, robots) {
-            _ if variant.robot_types.len() == 1 => size,
-            (None, _) => size,
-            (Some(name), None) => format!("`{name}` ({size})"),
-            (Some(name), Some(robots)) => format!("{robots} `{name}` ({size})"),
-        }
-    });
-    let at_answer = match variant.robots() {
-        Some(robots) if variant.robot_types.len() > 1 => {
-            format!(", with {}", robots_in_words(robots))
-        }
-        _ => String::new(),
-    };
-    types.collect::<Vec<_>>().join(", ") + &at_answer
 }
 
 fn ticks() -> String {

@@ -2,14 +2,15 @@
 
 use plotters::prelude::*;
 
-use super::chart::{COLOURS, label};
+use super::chart::{COLOURS, DrawResult, label};
+use super::hint::{Hint, add_hints, value};
 
 /// The size in pixels.
 const SIZE: (u32, u32) = (900, 420);
 const FONT: (&str, i32) = ("sans-serif", 16);
-/// The colours of parts beyond those of lines.
+/// The colours of parts beyond those of lines. They are seen on white, and inverted on black.
 const MORE_COLOURS: [RGBColor; 3] =
-    [RGBColor(190, 198, 206), RGBColor(240, 228, 66), RGBColor(136, 84, 32)];
+    [RGBColor(190, 198, 206), RGBColor(166, 150, 40), RGBColor(136, 84, 32)];
 /// The height of a line of the legend, and the x and the width of a name there.
 const LEGEND_LINE: i32 = 22;
 const FIRST_NAME: i32 = 82;
@@ -38,11 +39,12 @@ pub(super) struct Part {
 pub(super) fn stack(bars: &[Bar], unit: &str) -> String {
     let mut svg = String::new();
     // Drawing into a text fails only if the chart has no room, which its size is made for.
-    let _ = draw(bars, unit, &mut svg);
+    let hints = draw(bars, unit, &mut svg).unwrap_or_default();
+    add_hints(&mut svg, &hints);
     svg
 }
 
-fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> DrawResult {
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let legend = bars.first().map_or(&[][..], |bar| &bar.parts);
@@ -59,7 +61,7 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::e
     let mut area = ChartBuilder::on(&root)
         .margin(12)
         .x_label_area_size(44)
-        .y_label_area_size(70)
+        .y_label_area_size(84)
         .build_cartesian_2d(0.0..bars.len().max(1) as f64, 0.0..highest * 1.04)?;
     area.configure_mesh()
         .x_desc("robots")
@@ -72,11 +74,18 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::e
         .bold_line_style(RGBColor(225, 230, 236))
         .disable_x_mesh()
         .draw()?;
+    let mut hints = Vec::new();
     for (bar, at) in bars.iter().zip(0..) {
         let (mut below, x) = (0.0, f64::from(at));
         for part in &bar.parts {
             let corners = [(x + 0.15, below), (x + 0.85, below + part.value)];
             area.draw_series([Rectangle::new(corners, colour(part).filled())])?;
+            let [(left, bottom), (right, top)] = corners.map(|corner| area.backend_coord(&corner));
+            hints.push(Hint {
+                corner: (left, top),
+                size: (right - left, bottom - top),
+                text: format!("{} robots: {}, {} {unit}", bar.robots, part.name, value(part.value)),
+            });
             below += part.value;
         }
         let (left, bottom) = area.backend_coord(&(x + 0.5, 0.0));
@@ -89,7 +98,7 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> Result<(), Box<dyn std::e
         root.draw_text(&bar.robots.to_string(), &style, place)?;
     }
     root.present()?;
-    Ok(())
+    Ok(hints)
 }
 
 fn colour(part: &Part) -> RGBColor {
@@ -113,6 +122,7 @@ mod tests {
         for text in ["\n17\n", "\n42\n", "\nway empty\n", "\nhandling\n", "\nseconds\n"] {
             assert!(svg.contains(text), "{text}: {svg}");
         }
+        assert!(svg.contains("<title>42 robots: handling, 10.0 seconds</title>"), "{svg}");
         assert!(stack(&[], "seconds").trim_end().ends_with("</svg>"));
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn time(answer: &Answer, prefix: &str) -> Vec<Block> {
         &bars(points, |point| &point.robot_time, 100.0),
         "per cent",
     ));
-    let time = &answer.time;
+    let time = &answer.chosen.time;
     for (heading, groups) in
         [("from → to", &time.relations), ("picked at", &time.stations), ("hour", &time.hours)]
     {

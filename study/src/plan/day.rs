@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use serde::Serialize;
 use serde_json::Value;
 
 use super::scenario::{Load, Setup};
@@ -11,6 +12,15 @@ use crate::job::{Ending, IN_TURN, Manager};
 
 /// The latest end of a day, in seconds: some 30 years, which no run takes.
 const LATEST_SECS: f64 = 1e9;
+
+/// The time of day at which the runs of a day begin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DayClock {
+    /// Seconds after midnight.
+    pub begin_secs: f64,
+    /// Whether it is that of UTC, as the times of the file have zones.
+    pub is_utc: bool,
+}
 
 /// The orders of a day.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +33,8 @@ pub struct Day {
     pub stops: BTreeSet<String>,
     /// The number of orders.
     pub orders: usize,
+    /// The time of day at which simulated time begins, if the file has such times.
+    pub clock: Option<DayClock>,
     /// The time of the last order, in seconds.
     pub last_secs: f64,
     /// Orders for each of the file.
@@ -88,6 +100,11 @@ impl Variant {
         (self.load, self.day) = (day.in_words(), Some(Arc::clone(day)));
         self.set_roads()?;
         Ok(self)
+    }
+
+    /// The time of day at which its runs begin, if that is known.
+    pub fn clock(&self) -> Option<DayClock> {
+        self.day.as_ref()?.clock
     }
 
     /// The end of its runs.

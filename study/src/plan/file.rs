@@ -10,6 +10,7 @@
 //! reliefs: 3                    # bottlenecks whose relief is tried
 //! targets: ['p99 service < 6min', 'late < 1%']  # asks for the least number of robots that meets them
 //! orders: day.csv               # a day's orders in place of the load
+//! prices: {currency: EUR, robot_price: 48000}  # and others: the cost of a year and an order
 //! vary:                         # every combination is a variant; the first values are what the others are compared with
 //!   max_speed: [1.5, 2.0]
 //!   planner: [lanes, pibt]
@@ -23,7 +24,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::Value;
 
-use super::{Axis, PlanError, Precision, Robots, Target};
+use super::{Axis, PlanError, Precision, Prices, Robots, Target};
 
 /// A study file. The command line provides the rest.
 #[derive(Clone, Debug, Deserialize)]
@@ -55,6 +56,8 @@ pub struct StudyFile {
     pub scale: Option<f64>,
     /// The block of which each seed's day is drawn: a time, or `none` for the day as it is.
     pub resample: Option<Value>,
+    /// The prices of what is bought and of operation.
+    pub prices: Option<Prices>,
     /// Settings and their values. Their order is that of their names.
     #[serde(default)]
     pub vary: BTreeMap<String, Vec<Value>>,

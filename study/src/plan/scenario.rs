@@ -81,6 +81,11 @@ impl RobotType {
         [length, width.unwrap_or(length)]
     }
 
+    /// Returns its largest speed in metres per second; `None` without a limit.
+    pub fn max_speed(&self) -> Option<f64> {
+        self.max_speed.as_ref().and_then(Number::as_f64)
+    }
+
     /// Whether it turns on the spot.
     pub fn turns(&self) -> bool {
         self.number("max_rotation_speed").is_some_and(|speed| speed > 0.0)

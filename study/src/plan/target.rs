@@ -127,14 +127,20 @@ impl Target {
         }
     }
 
-    /// Returns a value of the figure in words.
-    pub fn in_words(&self, value: f64) -> String {
-        match self.figure {
-            TargetFigure::Service(_) if value >= 600.0 => format!("{:.1} min", value / 60.0),
-            TargetFigure::Service(_) => format!("{value:.0} s"),
-            TargetFigure::Late => format!("{:.2} %", value * 100.0),
-            TargetFigure::Waiting | TargetFigure::Utilisation => format!("{:.1} %", value * 100.0),
-            TargetFigure::Throughput => format!("{value:.1} orders an hour"),
+    /// Returns a value of the figure in words, with half of its interval in the same unit if it has
+    /// a spread.
+    pub fn in_words(&self, value: f64, half_width: Option<f64>) -> String {
+        let (factor, decimals, unit) = match self.figure {
+            TargetFigure::Service(_) if value >= 600.0 => (1.0 / 60.0, 1, "min"),
+            TargetFigure::Service(_) => (1.0, 0, "s"),
+            TargetFigure::Late => (100.0, 2, "%"),
+            TargetFigure::Waiting | TargetFigure::Utilisation => (100.0, 1, "%"),
+            TargetFigure::Throughput => (1.0, 1, "orders an hour"),
+        };
+        let value = value * factor;
+        match half_width.filter(|half_width| *half_width > 0.0).map(|half| half * factor) {
+            Some(half) => format!("{value:.decimals$} ± {half:.decimals$} {unit}"),
+            None => format!("{value:.decimals$} {unit}"),
         }
     }
 
@@ -293,6 +299,14 @@ mod tests {
             let error = text.parse::<Target>().expect_err(text).to_string();
             assert!(error.contains(reason) && !error.contains('\n'), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn a_value_and_its_interval_have_one_unit() {
+        let service = target("p99 service < 15min");
+        assert_eq!(service.in_words(654.0, Some(190.0)), "10.9 ± 3.2 min");
+        assert_eq!(service.in_words(307.0, Some(30.0)), "307 ± 30 s");
+        assert_eq!(target("late < 1%").in_words(0.0, Some(0.0)), "0.00 %");
     }
 
     #[test]

@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use regatta_layout::traffic::{self, Turning};
-use regatta_layout::{Format, ReadOptions, RouteGraph, write};
+use regatta_layout::{Format, ReadOptions, Role, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
 use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
 use serde::{Deserialize, Serialize};
-use serde_json::Number;
 
 use super::scenario::{Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
 use super::{Day, PlanError};
@@ -71,6 +70,8 @@ pub struct FleetType {
     pub name: Option<String>,
     /// The length and the width of its robots, in metres.
     pub size: [f64; 2],
+    /// Their largest speed in metres per second; `None` without a limit of their own.
+    pub max_speed: Option<f64>,
     /// The number of its robots at the answer; `None` without an answer.
     pub robots: Option<u32>,
 }
@@ -173,7 +174,7 @@ impl Variant {
     /// no limit.
     pub fn max_speed(&self) -> f64 {
         let types = self.setup.robot_types.iter().flatten();
-        let speeds = types.map(|kind| kind.max_speed.as_ref().and_then(Number::as_f64));
+        let speeds = types.map(RobotType::max_speed);
         let largest = speeds.map(|speed| speed.unwrap_or(f64::INFINITY)).reduce(f64::max);
         largest.unwrap_or(f64::INFINITY)
     }
@@ -203,16 +204,28 @@ impl Variant {
             types.push(FleetType {
                 name,
                 size: [robot.length(), robot.width()],
+                max_speed: self.type_of(share.name.as_deref()).and_then(RobotType::max_speed),
                 robots: robots.map(|_| count.map_or(0, |group| group.count)),
             });
         }
         types
     }
 
+    /// Returns the type of the scenario with a name, the first one by default; `None` if it has no
+    /// types.
+    fn type_of(&self, name: Option<&str>) -> Option<&RobotType> {
+        let mut types = self.setup.robot_types.iter().flatten();
+        types.find(|kind| name.is_none_or(|name| kind.name == name))
+    }
+
+    /// The number of its chargers.
+    pub fn chargers(&self) -> usize {
+        self.graph.purposes().iter().filter(|role| **role == Role::Charge).count()
+    }
+
     /// Returns a robot type, the first one by default.
     fn robot_of(&self, name: Option<&str>) -> traffic::RobotType {
-        let mut types = self.setup.robot_types.iter().flatten();
-        let kind = types.find(|kind| name.is_none_or(|name| kind.name == name));
+        let kind = self.type_of(name);
         let default = traffic::RobotType::default();
         let [length, width] = kind.map_or([default.length(), default.width()], RobotType::size);
         let turning = match kind.is_some_and(RobotType::turns) {

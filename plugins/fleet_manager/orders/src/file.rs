@@ -23,6 +23,7 @@ use std::path::{Path, PathBuf};
 use regatta_base::file;
 use regatta_base::yaml::{self, Node};
 
+pub use clock::FileTime;
 pub use table::Table;
 
 use self::table::text_of as decoded;

@@ -97,7 +97,7 @@ pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
 pub use client::{Client, ClientError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};
-pub use file::{FileError, Table, TimedDraft, read_orders, read_table, to_csv};
+pub use file::{FileError, FileTime, Table, TimedDraft, read_orders, read_table, to_csv};
 pub use generator::IsFeasible;
 pub use load::Load;
 pub use open::{OrderSettings, PoolError};

@@ -1,11 +1,11 @@
 use regatta_layout::ReadOptions;
 
 use super::*;
-use crate::answer::TimeAnswer;
+use crate::answer::Chosen;
 use crate::outcome::{CHARGING, Measured, ROBOT_PARTS};
+use crate::page::assumptions::robots;
 use crate::page::caveats::caveats;
 use crate::page::content::content;
-use crate::page::method::method;
 use crate::plan::{Plan, Precision, Question, RunTime, Variant};
 use crate::sweep::tests::measured;
 use crate::sweep::{Known, RunResult, Step, next};
@@ -24,6 +24,8 @@ fn plan(robots: &str) -> Plan {
         precision: Precision { least_seeds: 2, most_seeds: 2, ..Precision::default() },
         time: RunTime { secs: 1200, rate_hz: 10 },
         reliefs: 0,
+        inputs: Vec::new(),
+        prices: None,
         program: "0".to_owned(),
         variants: vec![Variant::read(&path, &ReadOptions::default()).expect("a variant")],
     }
@@ -54,8 +56,7 @@ fn answer_to(plan: Plan, fate: impl Fn(u32, u64) -> RunResult) -> Answer {
             }
         }
     };
-    let time = TimeAnswer::default();
-    Answer::new(&plan, &[curve], &[known], &[None], Vec::new(), Vec::new(), time)
+    Answer::new(&plan, &[curve], &[known], &[None], Chosen::default())
 }
 
 fn said(answer: &Answer) -> String {
@@ -199,20 +200,22 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
 fn all_robot_types_are_named_with_their_numbers() {
     let plan = plan_of(
         "8",
-        "robot_types:\n- {name: cart, length: 0.6, width: 0.4}\n\
+        "robot_types:\n- {name: cart, length: 0.6, width: 0.4, max_speed: 1}\n\
          - {name: lorry, length: 1.6, width: 1}\n\
          robots:\n- {count: 3, routes: none, type: cart}\n\
          - {count: 1, routes: none, type: lorry}\n",
     );
     let answer = answer_to(plan, |_, _| Ok(measured(200.0)));
-    let runs = &method(&answer)[0];
-    let robots = "Robots: 6 `cart` (0.6 m × 0.4 m), 2 `lorry` (1.6 m × 1 m), with 8 robots.";
-    assert!(runs.contains(robots), "{runs}");
+    assert_eq!(
+        robots(&answer.variants[0]),
+        "6 `cart` (0.6 m × 0.4 m, up to 1 m/s), 2 `lorry` (1.6 m × 1 m, as fast as the roads \
+         allow), with 8 robots"
+    );
 }
 
 /// The blocks of the page of an answer.
 fn blocks(answer: &Answer) -> Vec<Block> {
-    content(answer, &plan("1").variants[0])
+    content(answer, &plan("1").variants[0], "regatta study ring.csv")
 }
 
 fn text_of(block: Block) -> Option<String> {

@@ -62,6 +62,7 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
             timetable: String::new(),
             stops: BTreeSet::from(["In".to_owned(), "Out".to_owned(), stop.to_owned()]),
             orders: 1,
+            clock: None,
             last_secs: 0.0,
             scale: 1.0,
             shift_secs: 0.0,

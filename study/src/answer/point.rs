@@ -1,0 +1,134 @@
+//! A point of a curve in an answer.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::time::{PartAnswer, order_time, robot_time};
+use super::{TargetAnswer, sums};
+use crate::outcome::{Example, RunEnd, Stall};
+use crate::plan::Target;
+use crate::statistics::Interval;
+use crate::sweep::Point;
+
+/// A point of a curve: means over its runs, with intervals.
+#[derive(Clone, Debug, Serialize)]
+pub struct PointAnswer {
+    /// The number of robots.
+    pub robots: u32,
+    /// The seeds of its runs, with the digests of all frames.
+    pub runs: Vec<RunAnswer>,
+    /// Its figures against the targets.
+    pub targets: Vec<TargetAnswer>,
+    /// Finished orders an hour.
+    pub orders_per_hour: Option<Interval>,
+    /// Finished stops an hour.
+    pub stops_per_hour: Option<Interval>,
+    /// The mean time from an order's creation to its end, in seconds.
+    pub service_mean_secs: Option<Interval>,
+    /// The median of it.
+    pub service_p50_secs: Option<Interval>,
+    /// The 90th percentile of it.
+    pub service_p90_secs: Option<Interval>,
+    /// The 95th percentile of it.
+    pub service_p95_secs: Option<Interval>,
+    /// The 99th percentile of it.
+    pub service_p99_secs: Option<Interval>,
+    /// The longest.
+    pub service_longest_secs: Option<Interval>,
+    /// The part of the orders with a deadline that were late.
+    pub late: Option<Interval>,
+    /// The part of the robots' time with an order.
+    pub utilisation: Option<Interval>,
+    /// The part of the robots' time in which they wait for room.
+    pub waiting: Option<Interval>,
+    /// The part of the way without a load.
+    pub empty: Option<Interval>,
+    /// The parts of an order's time, which add up to its mean time.
+    pub order_time: Vec<PartAnswer>,
+    /// The parts of the robots' time, which add up to 1.
+    pub robot_time: Vec<PartAnswer>,
+    /// The warm-up that was cut off, in seconds: the mean.
+    pub warm_up_secs: Option<Interval>,
+    /// Contacts in all runs.
+    pub contacts: u64,
+    /// Orders that waited for a long time, in all runs.
+    pub unserved: u64,
+    /// Other findings of the validator in all runs, by kind.
+    pub other_findings: BTreeMap<String, u64>,
+    /// Orders that were finished in all runs, the warm-ups included.
+    pub finished_orders: u64,
+    /// Orders that the manager gave up, in all runs.
+    pub failed_orders: u64,
+    /// Orders that weren't over at the end.
+    pub open_orders: Option<Interval>,
+    /// Runs of a day that weren't over at their limit.
+    pub overdue_runs: usize,
+}
+
+/// A run of a point.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunAnswer {
+    /// The seed.
+    pub seed: u64,
+    /// The digest of all frames.
+    pub digest: String,
+    /// Finished orders an hour.
+    pub orders_per_hour: f64,
+    /// Orders that were finished in the whole run, the warm-up included.
+    pub finished_orders: u64,
+    /// Orders that waited for a long time.
+    pub unserved: u64,
+    /// Times in which robots with orders made no progress. The figures of such a run aren't those
+    /// of traffic.
+    pub stalls: Vec<Stall>,
+    /// The first finding of the validator of each kind.
+    pub examples: BTreeMap<String, Example>,
+}
+
+impl PointAnswer {
+    /// The runs in which robots made no progress.
+    pub fn stalled(&self) -> impl Iterator<Item = &RunAnswer> {
+        self.runs.iter().filter(|run| !run.stalls.is_empty())
+    }
+
+    pub(super) fn new(targets: &[Target], point: &Point) -> Self {
+        let overdue = point.runs.iter().filter(|run| run.end == RunEnd::Overdue);
+        let runs = point.seeds.iter().zip(&point.runs).map(|(seed, run)| RunAnswer {
+            seed: *seed,
+            digest: run.digest.clone(),
+            orders_per_hour: run.orders_per_hour,
+            finished_orders: run.finished_orders,
+            unserved: run.unserved,
+            stalls: run.stalls.clone(),
+            examples: run.examples.clone(),
+        });
+        Self {
+            robots: point.robots,
+            runs: runs.collect(),
+            targets: targets.iter().map(|target| TargetAnswer::new(target, point)).collect(),
+            overdue_runs: overdue.count(),
+            orders_per_hour: point.counted_throughput(),
+            stops_per_hour: point.interval(|run| Some(run.stops_per_hour)),
+            service_mean_secs: point.service(|service| service.mean_secs),
+            service_p50_secs: point.service(|service| service.p50_secs),
+            service_p90_secs: point.service(|service| service.p90_secs),
+            service_p95_secs: point.service(|service| service.p95_secs),
+            service_p99_secs: point.service(|service| service.p99_secs),
+            service_longest_secs: point.service(|service| service.longest_secs),
+            late: point.interval(|run| run.late),
+            utilisation: point.interval(|run| Some(run.utilisation)),
+            waiting: point.interval(|run| Some(run.waiting)),
+            empty: point.interval(|run| run.empty),
+            order_time: order_time(point),
+            robot_time: robot_time(point),
+            warm_up_secs: point.interval(|run| Some(run.warm_up_secs)),
+            contacts: point.runs.iter().map(|run| run.contacts).sum(),
+            unserved: point.runs.iter().map(|run| run.unserved).sum(),
+            other_findings: sums(point.runs.iter().map(|run| &run.other_findings)),
+            finished_orders: point.runs.iter().map(|run| run.finished_orders).sum(),
+            failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
+            open_orders: point.interval(|run| Some(run.open_orders as f64)),
+        }
+    }
+}
