@@ -57,6 +57,12 @@ fn at(cost: &CostAnswer, robots: u32) -> Option<&PointCost> {
     cost.points.iter().find(|point| point.robots == robots)
 }
 
+/// The cost of a year with a number of robots, for a cell of a table.
+pub(super) fn year_of(cost: &CostAnswer, robots: Option<u32>) -> String {
+    let year = robots.and_then(|robots| at(cost, robots)?.per_year);
+    year.map_or_else(|| NONE.to_owned(), |year| with_interval(&year))
+}
+
 /// The cost of a year and of an order, as far as they are known.
 fn both(point: &PointCost, currency: &str) -> Option<String> {
     let year = point.per_year.map(|cost| format!("{} {currency} a year", with_interval(&cost)));

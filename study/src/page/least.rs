@@ -1,7 +1,10 @@
 //! The answer to the question for the least number of robots, in sentences and tables.
 
 use super::Block;
-use crate::answer::{Answer, Binding, LeastAnswer, PointAnswer, TargetAnswer, VariantAnswer};
+use super::cost::year_of;
+use crate::answer::{
+    Answer, Binding, CostFigure, LeastAnswer, PointAnswer, TargetAnswer, VariantAnswer,
+};
 use crate::plan::robots_in_words;
 use crate::sweep::least::Standing;
 
@@ -136,6 +139,9 @@ pub(super) fn fleets(answer: &Answer) -> Option<Block> {
     }
     let mut head = vec!["variant".to_owned(), "robots".to_owned()];
     head.extend(answer.method.targets.iter().cloned());
+    if let Some(prices) = &answer.prices {
+        head.push(format!("{}, {}", CostFigure::Year.name(), prices.currency.as_str()));
+    }
     head.push("binds".to_owned());
     let mut rows = vec![head];
     for variant in &answer.variants {
@@ -157,6 +163,7 @@ fn row(answer: &Answer, variant: &VariantAnswer) -> Vec<String> {
         Some(point) => row.extend(figures(point)),
         None => row.resize(2 + answer.method.targets.len(), super::content::NONE.to_owned()),
     }
+    row.extend(variant.cost.as_ref().map(|cost| year_of(cost, chosen)));
     let binding = least.and_then(|least| least.binding.as_ref());
     row.push(binding.map_or_else(String::new, |binding| {
         format!(
