@@ -27,6 +27,9 @@ struct Properties {
     id: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     frame: Option<Value>,
+    /// The name beside that of the metadata.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     startid: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -147,6 +150,7 @@ fn properties(id: u32, tags: Option<&Tags>) -> Properties {
         let value = value(text);
         match &**key {
             "frame" => properties.frame = Some(json!(text)),
+            "name" => properties.name = Some(json!(text)),
             "cost" if value.is_number() => properties.cost = Some(value),
             "overridable" if value.is_boolean() => properties.overridable = Some(value),
             "operations" if value.is_object() || value.is_array() => {

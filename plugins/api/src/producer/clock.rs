@@ -39,12 +39,21 @@ pub struct Clock {
     /// A point of the wall clock, and the simulated time in nanoseconds that is due then.
     anchor: (Instant, u64),
     late_ticks: u64,
+    /// The ticks that were given up because the backlog was too long; they are late, too.
+    skipped_ticks: u64,
 }
 
 impl Clock {
     /// Creates a running clock at which the simulated time `sim_nanos` is due at `now`.
     pub fn new(speed: Speed, sim_nanos: u64, now: Instant) -> Self {
-        Self { speed, paused: false, steps_left: 0, anchor: (now, sim_nanos), late_ticks: 0 }
+        Self {
+            speed,
+            paused: false,
+            steps_left: 0,
+            anchor: (now, sim_nanos),
+            late_ticks: 0,
+            skipped_ticks: 0,
+        }
     }
 
     /// The requested speed.
@@ -55,6 +64,11 @@ impl Clock {
     /// The number of ticks that ended after their deadline.
     pub fn late_ticks(&self) -> u64 {
         self.late_ticks
+    }
+
+    /// The number of them that were given up because the backlog was too long.
+    pub fn skipped_ticks(&self) -> u64 {
+        self.skipped_ticks
     }
 
     /// Whether the clock is running or paused. A clock that makes single steps is paused.
@@ -143,7 +157,9 @@ impl Clock {
         self.late_ticks += 1;
         if backlog > MAX_BACKLOG {
             let period = scaled(Duration::from_nanos(next.saturating_sub(sim_nanos)), factor);
-            self.late_ticks += (backlog.as_nanos() / period.as_nanos().max(1)) as u64;
+            let skipped = (backlog.as_nanos() / period.as_nanos().max(1)) as u64;
+            self.late_ticks += skipped;
+            self.skipped_ticks += skipped;
             self.restart(next, now);
         }
     }

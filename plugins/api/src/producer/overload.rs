@@ -22,6 +22,15 @@ const SAMPLE: Duration = Duration::from_millis(500);
 /// The largest number of processes that a message names.
 const NAMED: usize = 3;
 
+/// The late ticks since the start.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LateTicks {
+    /// All of them.
+    pub all: u64,
+    /// Those that were given up.
+    pub skipped: u64,
+}
+
 /// Watches the late ticks of a producer.
 #[derive(Debug)]
 pub(super) struct Overload {
@@ -29,7 +38,7 @@ pub(super) struct Overload {
     next_message: Instant,
     silence: Duration,
     ticks: u64,
-    late_before: u64,
+    late_before: LateTicks,
     /// The time that this thread had waited for a processor at the last check.
     waited_before: Option<Duration>,
 }
@@ -41,27 +50,29 @@ impl Overload {
             next_message: now,
             silence: SILENCE,
             ticks: 0,
-            late_before: 0,
+            late_before: LateTicks::default(),
             waited_before: waited_for_processor(),
         }
     }
 
-    /// Records ticks, and the number of late ones since the start. Costs a comparison, except every
-    /// two seconds.
-    pub(super) fn note(&mut self, ticks: u64, late_ticks: u64, now: Instant, fleet: &FleetName) {
+    /// Records ticks, and the late ones since the start. Costs a comparison, except every two
+    /// seconds.
+    pub(super) fn note(&mut self, ticks: u64, late: LateTicks, now: Instant, fleet: &FleetName) {
         self.ticks += ticks;
         if now < self.next_check {
             return;
         }
         let seconds = (now - (self.next_check - CHECK)).as_secs_f64();
-        let late = late_ticks.saturating_sub(self.late_before);
+        let before = std::mem::replace(&mut self.late_before, late);
+        let skipped = late.skipped.saturating_sub(before.skipped);
+        let late = late.all.saturating_sub(before.all);
         let waited = waited_for_processor();
         let share = match (waited, self.waited_before) {
             (Some(waited), Some(before)) => waited.saturating_sub(before).as_secs_f64() / seconds,
             _ => 0.0,
         };
-        let ticks = std::mem::take(&mut self.ticks);
-        (self.late_before, self.waited_before, self.next_check) = (late_ticks, waited, now + CHECK);
+        let ticks = std::mem::take(&mut self.ticks) + skipped;
+        (self.waited_before, self.next_check) = (waited, now + CHECK);
         if late as f64 > ticks as f64 * TOLERATED && now >= self.next_message {
             self.next_message = now + self.silence;
             self.silence = (2 * self.silence).min(LONGEST_SILENCE);

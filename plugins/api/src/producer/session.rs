@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::clock::Clock;
 use super::figures::Figures;
-use super::overload::Overload;
+use super::overload::{LateTicks, Overload};
 use super::speed::Speed;
 use super::{LockstepOptions, Producer, RefusalReason};
 use crate::ports::error::{LockstepError, PublishError, ReadError};
@@ -282,7 +282,8 @@ impl Session {
         self.steps_made += ticks.min(self.clock.steps_left());
         self.clock.finish(ticks, self.now.sim_nanos, after, now);
         self.figures.note_time(self.now.sim_nanos, now);
-        self.overload.note(ticks, self.clock.late_ticks(), now, self.ports.participant().fleet());
+        let late = LateTicks { all: self.clock.late_ticks(), skipped: self.clock.skipped_ticks() };
+        self.overload.note(ticks, late, now, self.ports.participant().fleet());
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::order::{Action, NameError, NewOrder, OrderName, Stop};
-use super::places::Places;
+use super::places::{PlaceError, Places};
 #[cfg(feature = "http")]
 use super::schema;
 
@@ -112,6 +112,18 @@ pub enum DraftError {
         /// The name or id that no node has.
         label: String,
     },
+    /// Several nodes have the name.
+    #[error(
+        "stop {} is at `{}`, which is the name of several nodes; give the id of one",
+        .stop + 1,
+        .label.escape_debug()
+    )]
+    AmbiguousStop {
+        /// The index of the stop.
+        stop: usize,
+        /// The name that they have.
+        label: String,
+    },
     /// No stops, or too many.
     #[error("an order has 1 to {MAX_STOPS} stops, and this one has {0}")]
     Stops(usize),
@@ -187,7 +199,11 @@ impl OrderDraft {
 impl StopDraft {
     fn check(&self, stop: usize, places: &Places) -> Result<Stop, DraftError> {
         let label = self.location_name.to_string();
-        let node = places.find(&label).ok_or(DraftError::UnknownStop { stop, label })?;
+        let node = match places.find_one(&label) {
+            Ok(node) => node,
+            Err(PlaceError::Ambiguous(_)) => return Err(DraftError::AmbiguousStop { stop, label }),
+            Err(_) => return Err(DraftError::UnknownStop { stop, label }),
+        };
         Ok(Stop { node, action: self.operation, dwell_secs: secs("dwell", self.dwell)? })
     }
 }
@@ -285,5 +301,24 @@ mod tests {
             let error = check(json).expect_err(json).to_string();
             assert!(error.contains(reason), "{json}: {error}");
         }
+    }
+
+    #[test]
+    fn a_name_of_several_nodes_is_refused_and_a_station_of_several_nodes_is_not() {
+        let place = |id, name: &str| Place { id, name: name.to_owned(), ..Place::default() };
+        let mut places = Places::new(vec![place(1, "A"), place(2, "twin"), place(3, "twin")]);
+        places.add_name("ramp", 1);
+        places.add_name("ramp", 2);
+        let stop_at = |name: &str| {
+            let json = format!(r#"{{"destinations": [{{"locationName": "{name}"}}]}}"#);
+            let draft: OrderDraft = serde_json::from_str(&json).expect("a draft");
+            draft.destinations[0].check(0, &places).map(|stop| stop.node)
+        };
+        assert_eq!(stop_at("ramp"), Ok(1), "the first node of the station");
+        let error = stop_at("twin").expect_err("two nodes").to_string();
+        assert_eq!(
+            error,
+            "stop 1 is at `twin`, which is the name of several nodes; give the id of one"
+        );
     }
 }

@@ -74,18 +74,12 @@ impl Places {
     }
 
     /// Gives a node another name, unless it is the name or the id of a node. Of several nodes with
-    /// the same other name, the first has it.
-    fn add_name(&mut self, name: &str, node: u32) {
+    /// the same other name, such as those of a station, the first has it.
+    pub(crate) fn add_name(&mut self, name: &str, node: u32) {
         if name.is_empty() || name.parse().is_ok_and(|id| self.by_id.contains_key(&id)) {
             return;
         }
-        let Some(first) = self.by_name.get(name) else {
-            self.by_name.insert(name.to_owned(), node);
-            return;
-        };
-        if *first != node && self.places[*first as usize].name != name {
-            self.repeated.insert(name.to_owned());
-        }
+        self.by_name.entry(name.to_owned()).or_insert(node);
     }
 
     /// Makes a table of places, in the order of the world's nodes. Of places with the same name or

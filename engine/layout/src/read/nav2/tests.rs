@@ -317,6 +317,21 @@ fn keys_beside_metadata_are_those_of_metadata() {
     assert_eq!(graph.edges()[0].speed, 0.5);
 }
 
+/// An id that is a text, and a name beside it: both are names.
+#[test]
+fn a_name_beside_an_id_survives_the_round_trip() {
+    let text =
+        "id,name,x,y\nW1,Goods in,0,0\nW2,Goods out,9,0\n\nfrom,to,speed\nW1,W2,1\nW2,W1,1\n";
+    let (graph, _) = parse(text, "plant.csv", &ReadOptions::default()).expect("a graph");
+    assert_eq!(graph.nodes()[0].other_names(), ["Goods in"]);
+    let written = crate::write::nav2::write(&graph).text;
+    let (again, _) = parse(&written, "g.geojson", &ReadOptions::default()).expect("a graph");
+    assert_eq!(
+        (again.nodes()[0].name(), again.nodes()[0].other_names()),
+        (Some("W1"), vec!["Goods in".to_owned()])
+    );
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
