@@ -1,5 +1,5 @@
-//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the ids
-//! of nodes and edges where the camera is near enough.
+//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the names
+//! or ids of nodes and edges where the camera is near enough.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashSet};
@@ -10,8 +10,9 @@ use regatta_plugin::World;
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::curves::midpoint;
 use regatta_scene::is_on_level;
-use regatta_scene::names::{Name, names, station_of};
+use regatta_scene::names::{Name, names};
 use regatta_scene::palette::Theme;
+use regatta_scene::stations::{is_station, served};
 
 use super::robot_spots::Spot;
 use super::style;
@@ -83,7 +84,7 @@ struct Label {
     place: Vec2,
     id: u32,
     is_node: bool,
-    /// The name of a station, a door or a lift, or the role and id of a node.
+    /// The name; `None` for the id.
     name: Option<Box<str>>,
 }
 
@@ -125,9 +126,9 @@ impl Labels {
             // Right of the node, or of the arrow in the middle of the edge.
             let (anchor, gap) = match (label.is_node, &label.name) {
                 // Beside the badge.
-                (_, Some(_)) => (Align2::LEFT_BOTTOM, 10.0),
+                (true, Some(_)) => (Align2::LEFT_BOTTOM, 10.0),
                 (true, None) => (Align2::LEFT_BOTTOM, 5.0),
-                (false, None) => (Align2::LEFT_TOP, 6.0),
+                (false, _) => (Align2::LEFT_TOP, 6.0),
             };
             let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
@@ -258,21 +259,34 @@ impl Band {
     }
 }
 
-/// Returns the ids of nodes without a name, and of edges.
+/// Returns the names, or else the ids, of edges and of nodes that are no stations.
 fn ids(world: &World<'_>, level: Option<&str>) -> Vec<Label> {
-    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
-    let nodes = nodes.filter(|node| station_of(world, node).is_none());
-    let nodes = nodes.map(|node| (node.id, true, Vec2::new(node.x, node.y)));
+    let served = served(world);
+    let nodes = world.nodes().iter().zip(0..);
+    let nodes = nodes.filter(|(node, index)| !is_station(node, *index, &served));
+    let nodes = nodes.map(|(node, _)| node).filter(|node| is_on_level(world, node.level, level));
+    let nodes = nodes.map(|node| Label {
+        place: Vec2::new(node.x, node.y),
+        id: node.id,
+        is_node: true,
+        name: named(world.text(node.name)),
+    });
     let edges = world.edges().iter().filter(|edge| is_on_level(world, edge.level, level));
-    let edges = edges.filter_map(|edge| Some((edge.id, false, midpoint(world, edge)?)));
-    let labels = nodes.chain(edges);
-    labels.map(|(id, is_node, place)| Label { place, id, is_node, name: None }).collect()
+    let edges = edges.filter_map(|edge| {
+        let place = midpoint(world, edge)?;
+        Some(Label { place, id: edge.id, is_node: false, name: named(world.text(edge.name)) })
+    });
+    nodes.chain(edges).collect()
+}
+
+fn named(name: &str) -> Option<Box<str>> {
+    (!name.is_empty()).then(|| name.into())
 }
 
 impl Label {
     /// The rank among the labels of a picture; the highest are drawn first.
     fn rank(&self) -> u8 {
-        u8::from(self.is_node) + u8::from(self.name.is_some())
+        2 * u8::from(self.is_node) + u8::from(self.name.is_some())
     }
 
     fn text(&self) -> String {

@@ -360,7 +360,7 @@ fn meshes_of_files(gpu: &Gpu) {
     scene.detail.mesh = 8.0;
     let picture = renderer.render(&top(), &scene, 1.0);
     assert_like("meshes_of_files", &picture);
-    let legend = Colouring::default().legend(Theme::Dark, &[], None);
+    let legend = Colouring::collision().legend(Theme::Dark, &[], None);
     let palette = legend.scale.colours(Theme::Dark);
     for (row, robot) in robots().iter().enumerate() {
         for along in [-0.25, 0.25] {
