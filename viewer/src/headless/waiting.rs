@@ -114,7 +114,7 @@ impl HeadlessViewer<'_> {
     fn lacks_columns(&self) -> bool {
         let feed = &self.stage.feed;
         let lacks_values = match &self.stage.colouring {
-            None => feed.activity().is_none(),
+            None => feed.activity().is_none() || feed.value().is_none(),
             Some(Colouring::Column(_)) => feed.value().is_none(),
             Some(_) => false,
         };

@@ -7,9 +7,9 @@ const METRES = 0.14;
 const PIXELS = vec2f(2.5, 9.0);
 // The same of walls, and of lines from stations to nodes.
 const WALL = 4u;
-const WALL_PIXELS = vec2f(1.2, 5.0);
+const WALL_PIXELS = vec2f(1.2, 3.0);
 const LINK = 5u;
-const LINK_PIXELS = vec2f(1.0, 2.0);
+const LINK_PIXELS = vec2f(1.0, 1.2);
 
 struct Bar {
     @builtin(position) clip: vec4f,

