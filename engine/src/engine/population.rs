@@ -405,4 +405,25 @@ mod tests {
         let ends: Vec<_> = world.curves(edge).iter().map(|curve| curve.control_points[3]).collect();
         assert_eq!(ends, [[2.0, 0.0], [2.0, 3.0]]);
     }
+
+    #[test]
+    fn stations_and_walls_are_published_with_their_levels() {
+        let text = include_str!("../../../graphs/imported/open-rmf/office.building.yaml");
+        let options = regatta_layout::ReadOptions::default();
+        let (graph, _) = regatta_layout::parse(text, "office.building.yaml", &options).unwrap();
+        let data = world(&graph);
+        let world = data.view(1, 1);
+        let stations = world.stations().iter();
+        let named = |name: &str| stations.clone().find(|station| world.text(station.name) == name);
+        let dispenser = named("coke_dispenser").expect("a station");
+        assert_eq!((world.text(dispenser.level), dispenser.role().name()), ("L1", "pick"));
+        let [node] = world.station_nodes(dispenser) else { panic!("one node") };
+        assert_eq!(world.text(world.nodes()[*node as usize].name), "pantry");
+        assert!((dispenser.x - 17.76).abs() < 0.1 && (dispenser.y + 5.5).abs() < 0.1);
+        assert_eq!(world.background_lines().len(), graph.background().len());
+        for (line, drawn) in world.background_lines().iter().zip(graph.background()) {
+            assert_eq!(world.text(line.level), "L1");
+            assert_eq!(world.background_points(line).len(), drawn.points.len());
+        }
+    }
 }

@@ -161,13 +161,14 @@ fn robots_by_type(gpu: &Gpu) {
 fn robots_by_collision(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     renderer.inner.set_values(Some(&[0.0, 1.0, 2.0].repeat(4)));
-    assert_like("robots_by_collision", &renderer.render(&camera(), &Scene::default(), 1.0));
+    let scene = coloured(Colouring::collision());
+    assert_like("robots_by_collision", &renderer.render(&camera(), &scene, 1.0));
 }
 
 fn robots_without_the_column(gpu: &Gpu) {
     assert_like(
         "robots_without_the_column",
-        &loop_renderer(gpu).render(&camera(), &Scene::default(), 1.0),
+        &loop_renderer(gpu).render(&camera(), &coloured(Colouring::collision()), 1.0),
     );
 }
 
@@ -356,7 +357,7 @@ fn meshes_of_files(gpu: &Gpu) {
     assert!(renderer.inner.set_mesh(None, Some(&loaded.expect("a mesh"))));
     renderer.push(&robots());
     renderer.inner.set_values(Some(&[0.0, 1.0, 2.0].repeat(4)));
-    let mut scene = Scene::default();
+    let mut scene = coloured(Colouring::collision());
     scene.detail.mesh = 8.0;
     let picture = renderer.render(&top(), &scene, 1.0);
     assert_like("meshes_of_files", &picture);
