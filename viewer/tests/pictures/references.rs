@@ -8,7 +8,7 @@ use regatta_gpu::TargetConfig;
 use regatta_gpu::device::Gpu;
 use regatta_gpu::floor::FloorPicture;
 use regatta_interface::settings::MeshPlacement;
-use regatta_plugin::world::Role;
+use regatta_plugin::world::{Role, StationRecord};
 use regatta_scene::camera::{Bounds, Camera, Window};
 use regatta_scene::palette::{Colouring, Theme};
 use regatta_scene::plans::{GoalMark, PlanReport};
@@ -33,6 +33,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("selection", selection),
     ("routes", routes),
     ("stations", stations),
+    ("walls", walls),
     ("plans", plans),
     ("waits", waits),
     ("filter", filter),
@@ -83,6 +84,7 @@ pub fn references_are_told_apart() {
         ("robots_by_state", "robots_by_collision"),
         ("robots_by_state", "lamps"),
         ("graph", "stations"),
+        ("graph", "walls"),
         ("robots_by_state", "marked_edge"),
         ("robots_by_state", "closed_edges"),
         ("robots_by_state", "plans"),
@@ -233,6 +235,21 @@ fn stations(gpu: &Gpu) {
     let [with, without] = [&mut renderer, &mut without]
         .map(|renderer| DynamicImage::from(renderer.render(&far, &scene, 1.0)).into_rgb8());
     assert_eq!(difference(&with, &without), 0.0);
+}
+
+/// Walls around the graph, and a station that is served from two nodes.
+fn walls(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let mut world = graph();
+    let role = Role::Transfer as u32;
+    let station = StationRecord { x: 4.0, y: 2.0, role, ..StationRecord::default() };
+    world.add_station(station, [0, 1]);
+    let corners = [[-2.8, -1.8], [10.8, -1.8], [10.8, 5.8], [-2.8, 5.8], [-2.8, -1.8]];
+    assert!(world.add_background_line(0, corners));
+    renderer.inner.set_graph(&world.view(1, 1));
+    let mut scene = coloured(Colouring::State);
+    scene.layers.robots = false;
+    assert_like("walls", &renderer.render(&top(), &scene, 1.0));
 }
 
 /// The routes of several robots, the goals of two of them, and one of a selected robot.
