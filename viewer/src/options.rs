@@ -111,8 +111,8 @@ pub struct Options {
 /// Options of what is drawn, and how.
 #[derive(Args, Clone, Debug)]
 pub struct LookOptions {
-    /// Colour robots by state, speed, type or a column that a plugin publishes [default: activity or
-    /// collision if it is published, else state]
+    /// Colour robots by state, speed, type or a column that a plugin publishes [default: activity
+    /// or collision if it is published, else state]
     #[arg(long, value_name = "SOURCE")]
     pub colour: Option<Colouring>,
     /// Colour theme [default: dark]

@@ -47,8 +47,8 @@ pub struct Stage {
     further_levels: Vec<LevelView>,
     /// The content and the style of pictures. [`apply`](Self::apply) sets its colouring.
     pub scene: Scene,
-    /// The data that robots are coloured by; `None` for their activities if they are published, else
-    /// collisions if these are, else states.
+    /// The data that robots are coloured by; `None` for their activities if they are published,
+    /// else collisions if these are, else states.
     pub colouring: Option<Colouring>,
     /// The last minutes of a live run; `None` if they aren't kept.
     pub history: Option<FrameHistory>,

@@ -192,8 +192,8 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
     world
 }
 
-/// Adds the stations. One without a position is at the first of its nodes; without nodes, too, it is
-/// left out.
+/// Adds the stations. One without a position is at the first of its nodes; without nodes, too, it
+/// is left out.
 fn add_stations(graph: &RouteGraph, world: &mut WorldData) {
     for station in graph.stations() {
         let first = station.nodes.first().map(|node| graph.node(*node));

@@ -1,5 +1,5 @@
-//! Walls, edges, closures, doors, lifts, nodes, names and robots of a plan, each kind in a group of its
-//! own.
+//! Walls, edges, closures, doors, lifts, nodes, names and robots of a plan, each kind in a group of
+//! its own.
 
 use glam::Vec2;
 use regatta_base::svg::Svg;

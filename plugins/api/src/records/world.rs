@@ -2,8 +2,8 @@
 //!
 //! A sample is a block of lines with sixteen sections: nodes, edges, curves, robot types, texts,
 //! zones, their members, other names of nodes, doors, lifts, levels of lifts, the members of
-//! facilities, stations, their nodes, lines of the background, and their points. Each section starts
-//! on a whole line. Readers get them as a [`World`]; producers fill in a [`WorldData`].
+//! facilities, stations, their nodes, lines of the background, and their points. Each section
+//! starts on a whole line. Readers get them as a [`World`]; producers fill in a [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]

@@ -172,8 +172,8 @@ impl<'sample> World<'sample> {
         self.background_lines
     }
 
-    /// The points of a line of the background: metres east and north of the world's origin. Empty if
-    /// the record refers to points that the world doesn't have.
+    /// The points of a line of the background: metres east and north of the world's origin. Empty
+    /// if the record refers to points that the world doesn't have.
     pub fn background_points(&self, line: &BackgroundLineRecord) -> &'sample [[f32; 2]] {
         slice(self.background_points, line.first_point, line.points)
     }
@@ -191,8 +191,8 @@ fn slice<T>(list: &[T], first: u32, count: u32) -> &[T] {
     end.and_then(|end| list.get(first as usize..end)).unwrap_or_default()
 }
 
-/// Takes the next section, of `count` records, from a block of lines. Returns `None` if it has fewer
-/// lines.
+/// Takes the next section, of `count` records, from a block of lines. Returns `None` if it has
+/// fewer lines.
 fn take<'sample, T: Pod>(rest: &mut &'sample [Line], count: u32) -> Option<&'sample [T]> {
     let bytes = (count as usize).checked_mul(size_of::<T>())?;
     let (section, after) = rest.split_at_checked(bytes.div_ceil(BYTES_PER_LINE))?;
