@@ -28,7 +28,7 @@ static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
 #[command(long_version = LONG_VERSION.as_str())]
 #[command(arg_required_else_help = false, max_term_width = 100)]
 pub struct Cli {
-    /// Print more messages: -v for progress and the causes of errors, -vv for details, too.
+    /// Print more messages: -v for progress and the causes of errors, -vv for details as well.
     #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 900)]
     pub verbose: u8,
     #[command(subcommand)]

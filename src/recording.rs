@@ -42,7 +42,7 @@ pub struct ValidateArgs {
 pub fn validate(args: &ValidateArgs) -> Result<(), Failure> {
     let mut judge = Judge::new(args.judge.settings());
     play(&args.file, |published| match published {
-        Published::World(world) => judge.take_world(&world),
+        Published::World(world) => judge.take_world(world),
         Published::Types(types) => judge.take_types(types),
         Published::Activities(activities) => judge.take_activities(activities),
         Published::Events(header, events) => judge.take_events(&header, events, false),

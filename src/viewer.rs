@@ -6,8 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use regatta_plugin::FleetName;
-use regatta_plugin::column::{ACTIVITY, COLLISION};
-use regatta_record::{Recording, Topic};
+use regatta_record::Recording;
 use regatta_viewer::Options;
 
 use crate::failure::{Failure, plugin_failure};
@@ -22,8 +21,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let recording = Recording::open_frames(file)?;
     check_times(&recording, options)?;
     let fleet: FleetName = format!("recording-{}", std::process::id()).parse()?;
-    let mut options = Options { fleet: fleet.clone(), ..options.clone() };
-    options.look.colour = options.look.colour.or_else(|| colour(&recording).parse().ok());
+    let options = Options { fleet: fleet.clone(), ..options.clone() };
     let mut children = Supervisor::default();
     children.start("replay", &mut replay_command(file, recording.span().0, &options)?)?;
     if options.shows_traffic() {
@@ -33,15 +31,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     // They end with the viewer, whatever the outcome.
     regatta_viewer::run(&options).map_err(plugin_failure)
-}
-
-/// Returns the name of the data by which the robots of a recording are coloured, as in the window
-/// of the live run: activities under a fleet manager, else collisions if they were checked.
-fn colour(recording: &Recording) -> &'static str {
-    let topics = recording.topics();
-    let columns = [ACTIVITY.name(), COLLISION.name()];
-    let has = |name: &&str| topics.contains(&Topic::Column(name.parse().expect("a name")));
-    columns.into_iter().find(has).unwrap_or("state")
 }
 
 /// Returns the command that publishes a recording, which begins at `start`, as a fleet, and stays

@@ -7,11 +7,10 @@ use regatta_plugin::FleetName;
 use regatta_plugin::control::ControlResponse;
 use regatta_scenario::{Scenario, Viewer};
 
-use super::{FLEET_MANAGER, HAS_VIEWER, RunArgs, VIEWER, this_program};
+use super::{HAS_VIEWER, RunArgs, VIEWER, this_program};
 use crate::failure::Failure;
 use crate::scenario;
 use crate::supervisor::Supervisor;
-use regatta_plugin::column::ACTIVITY;
 
 /// The part of a run before its window opens.
 pub(super) struct Opening {
@@ -98,9 +97,6 @@ fn has_display() -> bool {
 pub(super) fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Failure> {
     let mut command = this_program()?;
     command.args(["viewer", "--fleet", &fleet.to_string()]);
-    if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
-        command.args(["--colour", ACTIVITY.name()]);
-    }
     command.args(scenario::viewer_args(scenario)?);
     Ok(command)
 }

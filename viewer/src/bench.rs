@@ -173,6 +173,7 @@ impl Bench<'_> {
     fn live(&self, view: &str) -> Result {
         let participant = Participant::join(&self.options.fleet, "viewer")?;
         let mut stage = Stage::new(&participant, self.renderer(), self.scene())?;
+        stage.colouring.clone_from(&self.options.look.colour);
         while stage.feed.frame().is_none() || stage.feed.world().is_none() {
             if self.termination.requested() {
                 return Ok(());

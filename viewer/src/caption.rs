@@ -135,11 +135,6 @@ impl Caption {
             let spots = near.map_or_else(Vec::new, |frame| {
                 robot_spots::find(&frame, world, level, camera, scene.offset, size)
             });
-            if layers.ids {
-                let view =
-                    LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };
-                self.labels.draw(ui.ctx(), picture, &view);
-            }
             if layers.robot_ids {
                 robot_spots::draw(ui.ctx(), picture, picture, theme, &spots);
             }
@@ -161,6 +156,12 @@ impl Caption {
             if annotations.plan && camera.is_plan() {
                 let scale = PlanScale::place(&mut placement, picture, picture, camera);
                 scale.draw(ui.ctx(), &placement, picture, picture, camera, theme);
+            }
+            if layers.ids {
+                let (robots, placement) = (&spots[..], &placement);
+                let offset = scene.offset;
+                let view = LabelView { picture, camera, offset, theme, robots, placement };
+                self.labels.draw(ui.ctx(), picture, &view);
             }
         });
         (output, left_out)

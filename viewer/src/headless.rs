@@ -85,7 +85,8 @@ pub fn run(options: &Options) -> Result {
     let participant = Participant::join(&options.fleet, "viewer")?;
     let mut renderer = Renderer::new(&gpu, target);
     options.look.load_meshes(&mut renderer);
-    let stage = Stage::new(&participant, renderer, options.look.scene())?;
+    let mut stage = Stage::new(&participant, renderer, options.look.scene())?;
+    stage.colouring.clone_from(&options.look.colour);
     let mut routes = RoutePoller::default();
     let followed: Vec<u32> = options.follow.iter().chain(&options.look.select).copied().collect();
     routes.watch(followed.clone(), Instant::now());

@@ -111,8 +111,8 @@ pub struct Options {
 /// Options of what is drawn, and how.
 #[derive(Args, Clone, Debug)]
 pub struct LookOptions {
-    /// Colour robots by state, speed, type or a column that a plugin publishes [default: collision;
-    /// of a recording, activity or collision if it has them, else state]
+    /// Colour robots by state, speed, type or a column that a plugin publishes [default: activity
+    /// or collision if it is published, else state]
     #[arg(long, value_name = "SOURCE")]
     pub colour: Option<Colouring>,
     /// Colour theme [default: dark]
@@ -240,7 +240,6 @@ impl LookOptions {
     /// Returns the scene that the options describe.
     pub fn scene(&self) -> Scene {
         let mut scene = Scene { theme: self.theme.unwrap_or_default(), ..Scene::default() };
-        scene.colouring = self.colour.clone().unwrap_or_default();
         scene.offset = self.offset.unwrap_or_default();
         scene.floor.bounds = self.floor.map(|size| Bounds::of_size(size.abs()));
         scene.lights = self.light.iter().take(MAX_LIGHTS).copied().collect();

@@ -1,12 +1,13 @@
 //! The stage passes new data from the feed to the renderer, and derives bounds, legend and routes
 //! from it.
 
+mod bounds;
 mod columns;
 mod further_levels;
 
 use std::time::Instant;
 
-use glam::{UVec2, Vec2};
+use glam::UVec2;
 use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_interface::banner::Banner;
 use regatta_interface::jams::JamFacts;
@@ -17,13 +18,12 @@ use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, Participant, Result, World};
+use regatta_scene::Scene;
 use regatta_scene::camera::{Bounds, Camera};
-use regatta_scene::curves::curve_point;
 use regatta_scene::heat::HeatMap;
 use regatta_scene::palette::{Colouring, Legend, Theme};
 use regatta_scene::plans::{PlanFacts, PlanReport};
 use regatta_scene::route::{Remaining, remaining_route};
-use regatta_scene::{Scene, is_on_level};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::caption::Annotations;
@@ -33,6 +33,7 @@ use crate::jams::{self, JamQuery, JamReport};
 use crate::plans::PlanQuery;
 use crate::playhead::Playhead;
 use crate::svg;
+use bounds::bounds_of_graph;
 use further_levels::{LevelView, all};
 
 /// A feed and the renderer that draws it.
@@ -44,8 +45,11 @@ pub struct Stage {
     pub renderer: Renderer,
     /// The levels beside the one that the renderer shows.
     further_levels: Vec<LevelView>,
-    /// The content and the style of pictures.
+    /// The content and the style of pictures. [`apply`](Self::apply) sets its colouring.
     pub scene: Scene,
+    /// The data that robots are coloured by; `None` for their activities if they are published,
+    /// else collisions if these are, else states.
+    pub colouring: Option<Colouring>,
     /// The last minutes of a live run; `None` if they aren't kept.
     pub history: Option<FrameHistory>,
     /// The run and the simulated time that are shown instead of the newest frame, in nanoseconds.
@@ -84,6 +88,7 @@ impl Stage {
             feed: Feed::open(participant)?,
             renderer,
             further_levels: Vec::new(),
+            colouring: Some(scene.colouring.clone()),
             scene,
             history: None,
             looking_back: None,
@@ -119,17 +124,7 @@ impl Stage {
     /// # Errors
     /// If a column can't be opened.
     pub fn apply(&mut self, news: News, now: Instant) -> Result {
-        let is_recoloured = self.watched.as_ref() != Some(&self.scene.colouring);
-        if is_recoloured {
-            let column =
-                if let Colouring::Column(name) = &self.scene.colouring { Some(name) } else { None };
-            self.feed.watch(column)?;
-            self.watched = Some(self.scene.colouring.clone());
-            self.range = None;
-            for renderer in self.renderers() {
-                renderer.set_values(None);
-            }
-        }
+        let is_recoloured = self.update_colouring()?;
         let is_other_level = self.level != self.scene.level;
         let has_graph = !is_other_level || self.change_level();
         if (news.world || !has_graph)
@@ -502,15 +497,4 @@ impl Stage {
         let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within, alpha };
         self.renderer.draw(encoder, target, &picture);
     }
-}
-
-/// The bounds of a graph, or of one of its levels; `None` if that has neither edges nor nodes.
-fn bounds_of_graph(world: &World<'_>, level: Option<&str>) -> Option<Bounds> {
-    let edges = world.edges().iter().filter(|edge| is_on_level(world, edge.level, level));
-    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
-    let curves = edges.flat_map(|edge| world.curves(edge));
-    let points =
-        curves.flat_map(|curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|at| curve_point(curve, at)));
-    Bounds::from_points(points)
-        .or_else(|| Bounds::from_points(nodes.map(|node| Vec2::new(node.x, node.y))))
 }

@@ -64,10 +64,12 @@ pub fn draw(plan: &Plan<'_>) -> Result<String> {
     svg.element("g").set("id", "plan").set("transform", page_from_plan).open();
     svg.decimals = 4;
     draw_grid(&mut svg, plan, per_metre);
+    items::draw_background(&mut svg, plan, per_metre);
     items::draw_edges(&mut svg, plan, per_metre);
     items::draw_closures(&mut svg, plan, per_metre);
     items::draw_facilities(&mut svg, plan, per_metre);
     items::draw_nodes(&mut svg, plan, per_metre);
+    items::draw_stations(&mut svg, plan, per_metre);
     items::draw_names(&mut svg, plan, per_metre);
     items::draw_robots(&mut svg, plan, per_metre);
     svg.close();

@@ -69,7 +69,7 @@ impl<'g> Map<'g> {
     fn new(graph: &'g RouteGraph) -> Self {
         let stations = graph.stations().iter().filter_map(|station| station.position);
         let bounds = BoundingBox::of(graph)
-            .with(graph.background().iter().flatten().copied().chain(stations));
+            .with(graph.background().iter().flat_map(|line| &line.points).copied().chain(stations));
         let extent = bounds.size().max(DVec2::splat(0.1));
         let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
         // At least as wide as the legend.
@@ -148,7 +148,7 @@ impl<'g> Map<'g> {
             return;
         }
         let lines = self.graph.background().iter();
-        let lines = lines.map(|line| line.iter().map(|&point| self.pixel(point)));
+        let lines = lines.map(|line| line.points.iter().map(|&point| self.pixel(point)));
         svg.element("path").fill("none").stroke("#b9c0c8", 1.2).polylines(lines);
     }
 

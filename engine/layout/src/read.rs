@@ -34,6 +34,7 @@ use crate::model::format::Format;
 use crate::model::options::ReadOptions;
 use crate::model::raw::RawGraph;
 use crate::model::route_graph::RouteGraph;
+use crate::model::tags::BackgroundLine;
 
 impl ReadOptions {
     /// Reports the options that a format doesn't use.
@@ -181,7 +182,8 @@ fn finish(
     mut report: Report<'_>,
 ) -> Result<(RouteGraph, Findings), GraphError> {
     if let Some(map) = &options.background {
-        raw.background.extend(ros_map::background(map)?);
+        let outlines = ros_map::background(map)?.into_iter();
+        raw.background.extend(outlines.map(BackgroundLine::from));
     }
     let handles = options.handles.or(raw.handles).unwrap_or_default();
     match validate::validate(&raw, handles, &mut report) {

@@ -12,8 +12,8 @@ use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::event::Refusal;
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
-    self, CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, OtherNameRecord,
-    RobotTypeRecord, Texts, WorldData, ZoneRecord,
+    self, CurveRecord, DoorRecord, EdgeRecord, LiftRecord, MAX_BACKGROUND_POINTS, NodeRecord,
+    OtherNameRecord, RobotTypeRecord, StationRecord, Texts, WorldData, ZoneRecord,
 };
 use regatta_scenario::{RobotType, Shape, Start};
 
@@ -187,7 +187,44 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
     }
     add_other_names(graph, &mut world);
     add_facilities(graph, &mut world);
+    add_stations(graph, &mut world);
+    add_background(graph, &mut world);
     world
+}
+
+/// Adds the stations. One without a position is at the first of its nodes; without nodes, too, it
+/// is left out.
+fn add_stations(graph: &RouteGraph, world: &mut WorldData) {
+    for station in graph.stations() {
+        let first = station.nodes.first().map(|node| graph.node(*node));
+        let Some(place) = station.position.or(first.map(|node| node.position)) else { continue };
+        let level = first.and_then(|node| node.tags.as_ref()?.level.as_deref());
+        let [x, y] = place.as_vec2().to_array();
+        let record = StationRecord {
+            name: world.texts.add(&station.name),
+            level: world.texts.add(level.unwrap_or_default()),
+            x,
+            y,
+            role: station.role as u32,
+            ..StationRecord::default()
+        };
+        world.add_station(record, station.nodes.iter().map(|node| node.0));
+    }
+}
+
+/// Adds the lines of the background, as far as there is room for them.
+fn add_background(graph: &RouteGraph, world: &mut WorldData) {
+    let mut is_whole = true;
+    for line in graph.background() {
+        let level = world.texts.add(line.level.as_deref().unwrap_or_default());
+        let points = line.points.iter().map(|point| point.as_vec2().to_array());
+        is_whole &= world.add_background_line(level, points);
+    }
+    if !is_whole {
+        tracing::warn!(
+            "the background has more than {MAX_BACKGROUND_POINTS} points: readers get a part of it"
+        );
+    }
 }
 
 /// Adds the doors and the lifts.
@@ -367,5 +404,26 @@ mod tests {
         );
         let ends: Vec<_> = world.curves(edge).iter().map(|curve| curve.control_points[3]).collect();
         assert_eq!(ends, [[2.0, 0.0], [2.0, 3.0]]);
+    }
+
+    #[test]
+    fn stations_and_walls_are_published_with_their_levels() {
+        let text = include_str!("../../../graphs/imported/open-rmf/office.building.yaml");
+        let options = regatta_layout::ReadOptions::default();
+        let (graph, _) = regatta_layout::parse(text, "office.building.yaml", &options).unwrap();
+        let data = world(&graph);
+        let world = data.view(1, 1);
+        let stations = world.stations().iter();
+        let named = |name: &str| stations.clone().find(|station| world.text(station.name) == name);
+        let dispenser = named("coke_dispenser").expect("a station");
+        assert_eq!((world.text(dispenser.level), dispenser.role().name()), ("L1", "pick"));
+        let [node] = world.station_nodes(dispenser) else { panic!("one node") };
+        assert_eq!(world.text(world.nodes()[*node as usize].name), "pantry");
+        assert!((dispenser.x - 17.76).abs() < 0.1 && (dispenser.y + 5.5).abs() < 0.1);
+        assert_eq!(world.background_lines().len(), graph.background().len());
+        for (line, drawn) in world.background_lines().iter().zip(graph.background()) {
+            assert_eq!(world.text(line.level), "L1");
+            assert_eq!(world.background_points(line).len(), drawn.points.len());
+        }
     }
 }

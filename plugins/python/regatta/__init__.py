@@ -89,7 +89,7 @@ from regatta._read import Recording, read
 from regatta._routes import Route
 from regatta._run import Run, RunError, RunResult, run
 from regatta._study import Study, StudyError, study
-from regatta._world import Door, Lift, LiftLevel, Orientation, World, Zone
+from regatta._world import BackgroundLine, Door, Lift, LiftLevel, Orientation, Station, World, Zone
 
 __version__ = "0.1.0"
 """The version of this package, and of the program of the same wheel."""
@@ -203,6 +203,7 @@ __all__ = [
     "NO_EDGE",
     "NO_ROBOT",
     "Activity",
+    "BackgroundLine",
     "BreakdownCause",
     "ClockState",
     "ClosedError",
@@ -260,6 +261,7 @@ __all__ = [
     "RunError",
     "RunResult",
     "Shape",
+    "Station",
     "StopAction",
     "Study",
     "StudyError",

@@ -131,6 +131,10 @@ class WorldHeader(Sequenced):
     lifts: u32
     lift_levels: u32
     facility_members: u32
+    stations: u32
+    station_nodes: u32
+    background_lines: u32
+    background_points: u32
 
     @property
     def sequence(self) -> int:
@@ -156,6 +160,28 @@ class OtherNameRecord(Record):
 
     name: u32
     node: u32
+
+
+@record
+class StationRecord(Record):
+    """A place that robots serve from nodes."""
+
+    name: u32
+    level: u32
+    x: f32
+    y: f32
+    role: u32
+    first_node: u32
+    nodes: u32
+
+
+@record
+class BackgroundLineRecord(Record):
+    """A wall, the outline of a floor or a rack."""
+
+    level: u32
+    first_point: u32
+    points: u32
 
 
 @record

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from regatta._contract import (
     BYTES_PER_LINE,
+    BackgroundLineRecord,
     CurveRecord,
     DoorRecord,
     EdgeRecord,
@@ -21,6 +22,7 @@ from regatta._contract import (
     OtherNameRecord,
     Record,
     RobotTypeRecord,
+    StationRecord,
     WorldHeader,
     ZoneRecord,
     dtype,
@@ -34,6 +36,8 @@ _LENGTH_BYTES = 2
 """The bytes of a text's length, which precede the text."""
 _INDEX_BYTES = 4
 """The bytes of the index of a node or an edge."""
+_POINT_BYTES = 8
+"""The bytes of a point."""
 
 
 class Orientation(IntEnum):
@@ -60,6 +64,33 @@ class Zone:
     """The indices of its nodes."""
     edges: npt.NDArray[np.uint32]
     """The indices of its edges."""
+
+
+@dataclass(frozen=True, eq=False)
+class Station:
+    """A place with a name that robots serve from nodes."""
+
+    name: str
+    level: str
+    """Its level (floor); empty for none."""
+    x: float
+    """Metres to the east."""
+    y: float
+    """Metres to the north."""
+    role: int
+    """A :class:`Role <regatta.Role>`."""
+    nodes: npt.NDArray[np.uint32]
+    """The indices of its nodes."""
+
+
+@dataclass(frozen=True, eq=False)
+class BackgroundLine:
+    """A line that means nothing to robots: a wall, the outline of a floor or a rack."""
+
+    level: str
+    """Its level (floor); empty for none."""
+    points: npt.NDArray[np.float32]
+    """The points that it leads through, in metres: an array of shape (points, 2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +181,12 @@ class World:
     lifts: tuple[Lift, ...] = ()
     """The lifts."""
 
+    stations: tuple[Station, ...] = ()
+    """The stations."""
+
+    background: tuple[BackgroundLine, ...] = ()
+    """The lines of the background."""
+
     def curves_of(self, edge: int) -> npt.NDArray[np.float32]:
         """Returns the control points of an edge's curves from origin to destination, in metres: an array of shape
         (curves, 4, 2). Each curve starts where the one before it ends."""
@@ -198,6 +235,8 @@ def world_of(sample: Sample[WorldHeader]) -> World:
     world_zones = tuple(_zone(zone, members, texts) for zone in zones)
     origin = tuple(header.origin)
     doors, lifts = _facilities(header, sections, texts)
+    stations = _stations(header, sections, texts)
+    background = _background(header, sections, texts)
     return World(
         header.run_id,
         header.revision,
@@ -210,6 +249,8 @@ def world_of(sample: Sample[WorldHeader]) -> World:
         other_names,
         doors,
         lifts,
+        stations,
+        background,
     )
 
 
@@ -242,6 +283,33 @@ def _facilities(
         return Lift(_text_at(texts, int(record["name"])), served, rides, int(record["capacity"]), *times)
 
     return tuple(map(door, doors)), tuple(map(lift, lifts))
+
+
+def _stations(header: WorldHeader, sections: _Sections, texts: bytes) -> tuple[Station, ...]:
+    """Reads the stations."""
+    stations = sections.records(StationRecord, header.stations)
+    nodes = sections.section(header.station_nodes * _INDEX_BYTES).view(np.uint32).copy()
+
+    def station(record: Any) -> Station:
+        name, level = (_text_at(texts, int(record[field])) for field in ("name", "level"))
+        first = int(record["first_node"])
+        served = nodes[first : first + int(record["nodes"])]
+        return Station(name, level, float(record["x"]), float(record["y"]), int(record["role"]), served)
+
+    return tuple(map(station, stations))
+
+
+def _background(header: WorldHeader, sections: _Sections, texts: bytes) -> tuple[BackgroundLine, ...]:
+    """Reads the lines of the background."""
+    lines = sections.records(BackgroundLineRecord, header.background_lines)
+    numbers = sections.section(header.background_points * _POINT_BYTES).view(np.float32).copy()
+    points = numbers.reshape(-1, 2)
+
+    def line(record: Any) -> BackgroundLine:
+        first = int(record["first_point"])
+        return BackgroundLine(_text_at(texts, int(record["level"])), points[first : first + int(record["points"])])
+
+    return tuple(map(line, lines))
 
 
 def _zone(zone: Any, members: npt.NDArray[np.uint32], texts: bytes) -> Zone:

@@ -9,6 +9,7 @@ import pytest
 import regatta
 from regatta._contract import (
     BYTES_PER_LINE,
+    BackgroundLineRecord,
     CurveRecord,
     DoorRecord,
     EdgeRecord,
@@ -17,6 +18,7 @@ from regatta._contract import (
     NodeRecord,
     OtherNameRecord,
     RobotTypeRecord,
+    StationRecord,
     WorldHeader,
     ZoneRecord,
 )
@@ -55,10 +57,17 @@ def sample(cut: int = 0) -> Any:
     facility_members = np.array([1, 0, 1, 0], np.uint32).tobytes()
     sections += [TEXTS, b"".join(map(bytes, zones)), members, others]
     sections += [bytes(door), bytes(lift), b"".join(map(bytes, levels)), facility_members]
+    stations = [StationRecord(name=2, nodes=1), StationRecord(name=10, level=2, x=1.5, role=5, first_node=1, nodes=2)]
+    station_nodes = np.array([0, 1, 0], np.uint32).tobytes()
+    lines = [BackgroundLineRecord(points=2), BackgroundLineRecord(level=10, first_point=2, points=3)]
+    points = np.arange(10, dtype=np.float32).tobytes()
+    sections += [b"".join(map(bytes, stations)), station_nodes, b"".join(map(bytes, lines)), points]
     payload = b"".join(padded(section) for section in sections)
     header = WorldHeader(run_id=5, revision=2, nodes=2, edges=2, curves=3, robot_types=1, text_bytes=len(TEXTS))
     header.zones, header.zone_members, header.other_names = len(zones), 4, 1
     header.doors, header.lifts, header.lift_levels, header.facility_members = 1, 1, 2, 4
+    header.stations, header.station_nodes = 2, 3
+    header.background_lines, header.background_points = 2, 5
     header.origin[:] = (3.5e6, -5.25e6)
     data = np.frombuffer(payload[: len(payload) - cut], np.uint8)
     return SimpleNamespace(header=header, payload=data, elements=len(data) // BYTES_PER_LINE)
@@ -100,6 +109,17 @@ def test_doors_and_lifts_have_their_members() -> None:
 
 def test_nodes_have_other_names() -> None:
     assert world_of(sample()).other_names == (("dock 1", 1),)
+
+
+def test_stations_have_nodes_and_the_background_has_points() -> None:
+    world = world_of(sample())
+    first, second = world.stations
+    assert (first.name, first.level, first.nodes.tolist()) == ("dock 1", "", [0])
+    assert (second.name, second.level, second.x, second.y) == ("grün", "dock 1", 1.5, 0.0)
+    assert (second.role, second.nodes.tolist()) == (regatta.Role.TRANSFER, [1, 0])
+    floor, wall = world.background
+    assert (floor.level, floor.points.tolist()) == ("", [[0.0, 1.0], [2.0, 3.0]])
+    assert (wall.level, wall.points.shape) == ("grün", (3, 2))
 
 
 def test_a_world_that_is_too_short_is_an_error() -> None:

@@ -8,7 +8,7 @@ use regatta_plugin::facility::FacilityState;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
     CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, OtherNameRecord, RobotTypeRecord,
-    Texts, WorldData, ZoneRecord, ZoneRule,
+    StationRecord, Texts, WorldData, ZoneRecord, ZoneRule,
 };
 
 use crate::schema::regatta;
@@ -68,7 +68,27 @@ pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
         let name = data.texts.add(&other.name);
         data.other_names.push(OtherNameRecord { name, node: other.node });
     }
+    for recorded in &world.stations {
+        let record = station(recorded, &mut data.texts);
+        data.add_station(record, recorded.nodes.iter().copied());
+    }
+    for line in &world.background {
+        let level = data.texts.add(&line.level);
+        data.add_background_line(level, line.points.as_chunks::<2>().0.iter().copied());
+    }
     Ok(RecordedWorld { run_id: world.run_id, data, is_repeated: world.is_repeated })
+}
+
+/// Returns a station without its nodes.
+fn station(station: &regatta::Station, texts: &mut Texts) -> StationRecord {
+    StationRecord {
+        name: texts.add(&station.name),
+        level: texts.add(&station.level),
+        x: station.x,
+        y: station.y,
+        role: station.role as u32,
+        ..StationRecord::default()
+    }
 }
 
 /// Returns a door without its edges.

@@ -14,7 +14,8 @@ use regatta_plugin::facility::{FacilityHeader, FacilityState};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::world::{
-    DoorRecord, EdgeRecord, LiftRecord, NodeRecord, RobotTypeRecord, ZoneRecord,
+    BackgroundLineRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, RobotTypeRecord,
+    StationRecord, ZoneRecord,
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders, World};
 
@@ -117,6 +118,8 @@ pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
         other_names: other_names(world),
         doors: world.doors().iter().map(|record| door(world, record)).collect(),
         lifts: world.lifts().iter().map(|record| lift(world, record)).collect(),
+        stations: world.stations().iter().map(|record| station(world, record)).collect(),
+        background: world.background_lines().iter().map(|line| background(world, line)).collect(),
         is_repeated: false,
     }
     .encode_to_vec()
@@ -127,6 +130,24 @@ fn other_names(world: &World<'_>) -> Vec<regatta::OtherName> {
     let names = names
         .map(|other| regatta::OtherName { name: world.text(other.name).into(), node: other.node });
     names.collect()
+}
+
+fn station(world: &World<'_>, station: &StationRecord) -> regatta::Station {
+    regatta::Station {
+        name: world.text(station.name).to_owned(),
+        level: world.text(station.level).to_owned(),
+        x: station.x,
+        y: station.y,
+        role: station.role as i32,
+        nodes: world.station_nodes(station).to_vec(),
+    }
+}
+
+fn background(world: &World<'_>, line: &BackgroundLineRecord) -> regatta::BackgroundLine {
+    regatta::BackgroundLine {
+        level: world.text(line.level).to_owned(),
+        points: world.background_points(line).concat(),
+    }
 }
 
 fn door(world: &World<'_>, door: &DoorRecord) -> regatta::Door {

@@ -20,7 +20,7 @@ use crate::schema::Topic;
 #[derive(Clone, Copy, Debug)]
 pub enum Published<'a> {
     /// The route graph and the robot types.
-    World(World<'a>),
+    World(&'a World<'a>),
     /// The column `type`.
     Types(&'a [f32]),
     /// The column `activity`.
@@ -79,7 +79,7 @@ impl Player {
             Topic::World => {
                 let world = decode::world(message)?;
                 if !world.is_repeated || self.last.is_none() {
-                    take(Published::World(world.data.view(world.run_id, 1)));
+                    take(Published::World(&world.data.view(world.run_id, 1)));
                 }
             }
             Topic::Column(_) => {

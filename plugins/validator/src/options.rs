@@ -29,8 +29,8 @@ pub struct JudgeOptions {
     /// A robot that is idle for this time while orders wait is a finding
     #[arg(long, value_name = "TIME", default_value = "20min")]
     idle_after: humantime::Duration,
-    /// It is a finding that all robots with orders stand for this time, or for 40 % of it at the
-    /// end of the run
+    /// Time after which a standstill of all robots with orders is a finding; at the end of the run,
+    /// 40 % of it is enough
     #[arg(long, value_name = "TIME", default_value = "5min")]
     standstill_after: humantime::Duration,
     /// A robot that stands with an order for this time is a finding, and so are robots that drive

@@ -34,6 +34,7 @@ pub fn heat_map(
         .open();
     svg.decimals = 1;
     svg.background("#fff");
+    plan.draw_background(&mut svg, graph);
     let all = graph.edges().iter().map(|edge| plan.curves(edge));
     svg.element("path").fill("none").stroke("#dfe4ea", 1).curves(all);
     plan.draw_facilities(&mut svg, graph);
@@ -50,6 +51,7 @@ pub fn heat_map(
             path.stroke(colour, 2.0 + 0.6 * index as f64).curves(curves);
         }
     }
+    plan.draw_stations(&mut svg, graph);
     for (bottleneck, rank) in bottlenecks.iter().zip(1..).take(MARKED) {
         let at = plan.pixel(bottleneck.position.into());
         svg.element("g").open();

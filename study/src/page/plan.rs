@@ -1,13 +1,24 @@
 //! The plan of a layout, or of a part of it, in a picture.
 
+use std::collections::BTreeSet;
+
 use glam::DVec2;
 use regatta_base::svg::Svg;
-use regatta_layout::{Edge, RouteGraph};
+use regatta_layout::{Edge, NodeIndex, Role, RouteGraph};
 
 /// The longer side of the plan in pixels.
 const LONGER_SIDE: f64 = 1100.0;
 /// The colour of doors and of cabins of lifts, that of `regatta graph draw`.
 const FACILITY: &str = "#9c5a1a";
+/// The colour of walls.
+const WALL: &str = "#aeb6be";
+/// The colour of stations and their names.
+const STATION_COLOUR: &str = "#5a6875";
+/// Half the side of a station's square, and the size of the letters of its name, in pixels.
+const STATION: f64 = 3.0;
+const LETTER: f64 = 10.0;
+/// The largest number of stations with a name.
+const MOST_STATION_NAMES: usize = 200;
 /// The empty border in pixels.
 pub(super) const MARGIN: f64 = 24.0;
 
@@ -22,10 +33,13 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Returns the plan of all roads. The picture has at least a width in pixels.
+    /// Returns the plan of all roads with what is round them. The picture has at least a width in
+    /// pixels.
     pub fn of_roads(graph: &RouteGraph, least_width: f64) -> Self {
-        let points = graph.edges().iter().flat_map(|edge| edge.path.control_points());
-        let (low, high) = bounds(points);
+        let roads = graph.edges().iter().flat_map(|edge| edge.path.control_points());
+        let background = graph.background().iter().flat_map(|line| line.points.iter().copied());
+        let stations = graph.stations().iter().filter_map(|station| station.position);
+        let (low, high) = bounds(roads.chain(background).chain(stations));
         let mut plan = Self::of_rectangle(low, high);
         plan.size.x = plan.size.x.max(least_width);
         plan
@@ -61,6 +75,43 @@ impl Plan {
         cubics.map(|points| points.map(|point| self.pixel(point)))
     }
 
+    /// Draws walls, and the outlines of floors and racks.
+    pub fn draw_background(&self, svg: &mut Svg, graph: &RouteGraph) {
+        if graph.background().is_empty() {
+            return;
+        }
+        let lines = graph.background().iter();
+        let lines = lines.map(|line| line.points.iter().map(|point| self.pixel(*point)));
+        svg.element("path").fill("none").stroke(WALL, 1.2).polylines(lines);
+    }
+
+    /// Draws stations as squares, each with its name as a tooltip, and beside it as far as there is
+    /// room.
+    pub fn draw_stations(&self, svg: &mut Svg, graph: &RouteGraph) {
+        let mut taken: Vec<[DVec2; 2]> = Vec::new();
+        for (name, place) in stations(graph) {
+            let at = self.pixel(place);
+            if !self.contains(at) {
+                continue;
+            }
+            let square = svg.rect(at - STATION, DVec2::splat(2.0 * STATION)).fill(STATION_COLOUR);
+            square.open();
+            svg.element("title").content(name);
+            svg.close();
+            let low = at + DVec2::new(2.0 * STATION, -LETTER);
+            let letters = name.chars().count() as f64;
+            let high = low + DVec2::new(0.6 * letters, 1.2) * LETTER;
+            let is_free = taken.iter().all(|[other_low, other_high]| {
+                low.cmpgt(*other_high).any() || high.cmplt(*other_low).any()
+            });
+            if is_free && self.contains(high) && taken.len() < MOST_STATION_NAMES {
+                taken.push([low, high]);
+                let text = svg.text(DVec2::new(low.x, at.y + 0.35 * LETTER));
+                text.number("font-size", LETTER).fill(STATION_COLOUR).content(name);
+            }
+        }
+    }
+
     /// Draws doors as bars, and the outlines of cabins where they are known, each with its name as
     /// a tooltip.
     pub fn draw_facilities(&self, svg: &mut Svg, graph: &RouteGraph) {
@@ -75,6 +126,21 @@ impl Plan {
             svg.close();
         }
     }
+}
+
+/// Returns the names and places of the stations, and of the nodes with a role and a name that serve
+/// none of them.
+fn stations(graph: &RouteGraph) -> impl Iterator<Item = (&str, DVec2)> {
+    let stations = graph.stations().iter();
+    let served: BTreeSet<_> = stations.clone().flat_map(|station| &station.nodes).collect();
+    let named = stations.filter_map(|station| {
+        let first = station.nodes.first().map(|node| graph.node(*node).position);
+        Some((&*station.name, station.position.or(first)?))
+    });
+    let nodes = (0..).map(NodeIndex).zip(graph.nodes());
+    let nodes = nodes.filter(move |(index, _)| !served.contains(index));
+    let nodes = nodes.filter(|(_, node)| node.role != Role::None);
+    named.chain(nodes.filter_map(|(_, node)| Some((node.name()?, node.position))))
 }
 
 /// Returns the south-western and the north-eastern corner of the rectangle round some points.

@@ -37,6 +37,7 @@ pub fn stall_map(graph: &RouteGraph, stall: &Stall) -> Option<String> {
     svg.document(plan.size, "").set("font-family", "sans-serif").set("font-size", 12).open();
     svg.decimals = 1;
     svg.background("#fff");
+    plan.draw_background(&mut svg, graph);
     let roads = graph.edges().iter().map(|edge| plan.curves(edge));
     svg.element("path").fill("none").stroke(ROADS, 2).curves(roads);
     plan.draw_facilities(&mut svg, graph);

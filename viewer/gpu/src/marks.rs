@@ -1,16 +1,18 @@
-//! Marks on the route graph and over the robots: routes, closed edges, stations, the selected edge
-//! or node, goals, and arrows from robots that wait to those that they wait for.
+//! Marks under and on the route graph, and over the robots: walls, routes, closed edges, stations,
+//! the selected edge or node, goals, and arrows from robots that wait to those that they wait for.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 use regatta_plugin::World;
-use regatta_plugin::world::{EdgeRecord, Role};
+use regatta_plugin::world::EdgeRecord;
+use regatta_scene::background::walls;
 use regatta_scene::curves::midpoint;
 use regatta_scene::facilities::Bar;
 use regatta_scene::plans::{GoalMark, PlanReport, WaitArrow};
 use regatta_scene::route::RouteSegment;
+use regatta_scene::stations::{links, stations};
 use regatta_scene::{Layers, Marked, is_on_level};
 use wgpu::{BindGroup, BindGroupLayout, RenderPass, VertexAttribute, vertex_attr_array};
 
@@ -27,17 +29,17 @@ const NARROW_ROUTE: u32 = 2 * (12 + 1);
 const CLOSED: u32 = 2 * (32 + 1);
 const SELECTED_EDGE: u32 = 2 * (64 + 1);
 
-/// A badge at a node where robots pick, drop, park or charge: an instance of stations.wgsl.
+/// A badge at a station: an instance of stations.wgsl.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-struct Station {
+struct Badge {
     /// Metres east and north of the world's origin.
     place: Vec2,
-    /// A [`Role`].
+    /// A [`Role`](regatta_plugin::world::Role).
     role: u32,
 }
 
-impl Instance for Station {
+impl Instance for Badge {
     const ATTRIBUTES: &'static [VertexAttribute] = &vertex_attr_array![0 => Float32x2, 1 => Uint32];
 }
 
@@ -52,7 +54,9 @@ pub struct Marks {
     closed: Instances<u32>,
     /// No-entry signs in the middle of closed edges.
     signs: Instances<Vec2>,
-    stations: Instances<Station>,
+    stations: Instances<Badge>,
+    /// The background, and lines from stations to their nodes.
+    walls: Instances<Bar>,
     /// Doors and the cabins of lifts.
     facilities: Instances<Bar>,
     /// The curves of the selected edge, by index.
@@ -93,6 +97,7 @@ impl Marks {
             closed: Instances::new(gpu, target, &closures, ribbon, &on_graph, CLOSED),
             signs: Instances::new(gpu, target, &closures, sign, &[view], QUAD),
             stations: Instances::new(gpu, target, &stations, badge, &[view], QUAD),
+            walls: Instances::new(gpu, target, &facilities, bar, &[view], QUAD),
             facilities: Instances::new(gpu, target, &facilities, bar, &[view], QUAD),
             selected_edge: Instances::new(gpu, target, &selected, edge, &on_graph, SELECTED_EDGE),
             selected_node: Instances::new(gpu, target, &selected, node, &on_graph, QUAD),
@@ -104,14 +109,17 @@ impl Marks {
         }
     }
 
-    /// Takes the stations of a world's level, and its graph, in which nothing is selected yet.
+    /// Takes the background and the stations of a world's level, and its graph, in which nothing is
+    /// selected yet.
     pub fn set_world(&mut self, gpu: &Gpu, world: &World<'_>, level: Option<&str>) {
-        let nodes = world.nodes().iter().filter(|node| node.role() != Role::None);
-        let stations: Vec<_> = nodes
-            .filter(|node| is_on_level(world, node.level, level))
-            .map(|node| Station { place: Vec2::new(node.x, node.y), role: node.role })
-            .collect();
-        self.stations.set(gpu, &stations);
+        let stations = stations(world, level);
+        let mut walls = walls(world, level);
+        walls.extend(links(world, &stations));
+        self.walls.set(gpu, &walls);
+        let badges = stations.iter();
+        let badges =
+            badges.map(|station| Badge { place: station.place, role: station.role as u32 });
+        self.stations.set(gpu, &badges.collect::<Vec<_>>());
         self.curves = world.edges().iter().map(|edge| curves_of(world, edge)).collect();
         self.nodes = world.nodes().len() as u32;
         self.selected = None;
@@ -169,6 +177,13 @@ impl Marks {
         }
         self.selected_edge.set(gpu, &curves);
         self.selected_node.set(gpu, &nodes);
+    }
+
+    /// Draws the background, and the lines from stations to their nodes.
+    pub fn draw_under_graph(&self, pass: &mut RenderPass<'_>, layers: Layers) {
+        if layers.edges {
+            self.walls.draw(pass);
+        }
     }
 
     /// Draws the marks on the graph. `records` are those of the graph, if there is one.

@@ -46,6 +46,7 @@ pub struct ViewUniform {
     pub route: Vec4,
     pub waiting: Vec4,
     pub ring: Vec4,
+    pub wall: Vec4,
     pub density: Vec4,
     pub filtered: u32,
     pub heated: u32,
@@ -153,6 +154,7 @@ impl ViewUniform {
         self.route = solid(colours.route);
         self.waiting = solid(colours.waiting);
         self.ring = solid(colours.ring);
+        self.wall = solid(colours.wall);
         self.unknown = solid(colours.unknown);
         self.palette = palette(&legend.scale, scene.theme);
         self.source = match scene.colouring {

@@ -1,5 +1,5 @@
-//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the ids
-//! of nodes and edges where the camera is near enough.
+//! The names of stations, doors and lifts, drawn beside them as far as there is room, and the names
+//! or ids of nodes and edges where the camera is near enough.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashSet};
@@ -10,9 +10,12 @@ use regatta_plugin::World;
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::curves::midpoint;
 use regatta_scene::is_on_level;
-use regatta_scene::names::{Name, names, station_of};
+use regatta_scene::names::{Name, names};
 use regatta_scene::palette::Theme;
+use regatta_scene::stations::{is_station, served};
 
+use super::placement::Placement;
+use super::plan::within_rulers;
 use super::robot_spots::Spot;
 use super::style;
 
@@ -38,6 +41,15 @@ struct Band {
     labels: Vec<Label>,
 }
 
+/// The kinds of labels; the last are drawn first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Edge,
+    Node,
+    /// A station, a door or a lift.
+    Station,
+}
+
 /// The picture over which labels are drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct LabelView<'a> {
@@ -51,6 +63,8 @@ pub struct LabelView<'a> {
     pub theme: Theme,
     /// The robots in the picture.
     pub robots: &'a [Spot],
+    /// The elements that lie over the picture.
+    pub placement: &'a Placement,
 }
 
 /// Returns the distance from the eye up to which ids are drawn in a picture of `size` points;
@@ -82,8 +96,8 @@ pub(super) fn ground_in_sight(camera: &Camera, size: Vec2, reach: f32) -> Bounds
 struct Label {
     place: Vec2,
     id: u32,
-    is_node: bool,
-    /// The name of a station, a door or a lift, or the role and id of a node.
+    kind: Kind,
+    /// The name; `None` for the id.
     name: Option<Box<str>>,
 }
 
@@ -97,7 +111,7 @@ impl Labels {
                 bands.push(Band { points_per_metre, labels: Vec::new() });
             }
             if let Some(band) = bands.last_mut() {
-                band.labels.push(Label { place, id: 0, is_node: true, name: Some(text) });
+                band.labels.push(Label { place, id: 0, kind: Kind::Station, name: Some(text) });
             }
         }
         bands.push(Band { points_per_metre: NEAR, labels: ids(world, level) });
@@ -108,28 +122,28 @@ impl Labels {
     }
 
     /// Draws names and ids over a picture, of which `clip` is in sight. Where space is short, names
-    /// precede nodes, these edges, and near ones far ones; none covers a robot or another label.
+    /// precede nodes, these edges, and near ones far ones. None covers a robot, another label or an
+    /// element over the picture, and none is cut.
     pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
-        let LabelView { picture, camera, offset, theme, robots } = *view;
+        let LabelView { picture, camera, offset, theme, robots, placement } = *view;
+        let clip = if camera.is_plan() { within_rulers(clip) } else { clip };
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         let mut drawn: Vec<Rect> = Vec::new();
         for (label, at) in
             self.visible(camera, offset, Vec2::new(picture.width(), picture.height()))
         {
-            let (colour, size) = if label.is_node {
-                (colours.text, NAME)
-            } else {
+            let (colour, size) = if label.kind == Kind::Edge {
                 (colours.text.gamma_multiply(0.8), 10.0)
+            } else {
+                (colours.text, NAME)
             };
-            // Right of the node, or of the arrow in the middle of the edge.
-            let (anchor, gap) = match (label.is_node, &label.name) {
-                // Beside the badge.
-                (_, Some(_)) => (Align2::LEFT_BOTTOM, 10.0),
-                (true, None) => (Align2::LEFT_BOTTOM, 5.0),
-                (false, None) => (Align2::LEFT_TOP, 6.0),
+            // Right of the badge, of the node, or of the arrow in the middle of the edge.
+            let (anchor, gap, down) = match label.kind {
+                Kind::Station => (Align2::LEFT_BOTTOM, 10.0, -10.0),
+                Kind::Node => (Align2::LEFT_BOTTOM, 5.0, -5.0),
+                Kind::Edge => (Align2::LEFT_TOP, 6.0, 6.0),
             };
-            let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
             // Ids of robots are framed; those of the graph are letters and digits on the floor.
             let font = if label.name.is_some() {
@@ -147,7 +161,8 @@ impl Labels {
                 let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
                 text.distance_sq_to_pos(middle) < spot.radius * spot.radius
             });
-            if covers_robot || drawn.iter().any(|other| other.intersects(text)) {
+            let has_room = clip.contains_rect(text) && placement.is_clear(text);
+            if covers_robot || !has_room || drawn.iter().any(|other| other.intersects(text)) {
                 continue;
             }
             drawn.push(text);
@@ -231,7 +246,7 @@ impl Found<'_> {
     /// Names come before nodes, these before edges, names that are drawn from a smaller scale on
     /// before others, and near labels before far ones.
     fn compare(&self, other: &Self) -> Ordering {
-        (other.label.rank().cmp(&self.label.rank()))
+        (other.label.kind.cmp(&self.label.kind))
             .then(self.points_per_metre.total_cmp(&other.points_per_metre))
             .then(self.far.total_cmp(&other.far))
     }
@@ -258,25 +273,33 @@ impl Band {
     }
 }
 
-/// Returns the ids of nodes without a name, and of edges.
+/// Returns the names, or else the ids, of edges and of nodes that are no stations.
 fn ids(world: &World<'_>, level: Option<&str>) -> Vec<Label> {
-    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
-    let nodes = nodes.filter(|node| station_of(world, node).is_none());
-    let nodes = nodes.map(|node| (node.id, true, Vec2::new(node.x, node.y)));
+    let served = served(world);
+    let nodes = world.nodes().iter().zip(0..);
+    let nodes = nodes.filter(|(node, index)| !is_station(node, *index, &served));
+    let nodes = nodes.map(|(node, _)| node).filter(|node| is_on_level(world, node.level, level));
+    let nodes = nodes.map(|node| Label {
+        place: Vec2::new(node.x, node.y),
+        id: node.id,
+        kind: Kind::Node,
+        name: named(world.text(node.name)),
+    });
     let edges = world.edges().iter().filter(|edge| is_on_level(world, edge.level, level));
-    let edges = edges.filter_map(|edge| Some((edge.id, false, midpoint(world, edge)?)));
-    let labels = nodes.chain(edges);
-    labels.map(|(id, is_node, place)| Label { place, id, is_node, name: None }).collect()
+    let edges = edges.filter_map(|edge| {
+        let place = midpoint(world, edge)?;
+        Some(Label { place, id: edge.id, kind: Kind::Edge, name: named(world.text(edge.name)) })
+    });
+    nodes.chain(edges).collect()
+}
+
+fn named(name: &str) -> Option<Box<str>> {
+    (!name.is_empty()).then(|| name.into())
 }
 
 impl Label {
-    /// The rank among the labels of a picture; the highest are drawn first.
-    fn rank(&self) -> u8 {
-        u8::from(self.is_node) + u8::from(self.name.is_some())
-    }
-
     fn text(&self) -> String {
-        let prefix = if self.is_node { 'n' } else { 'e' };
+        let prefix = if self.kind == Kind::Edge { 'e' } else { 'n' };
         self.name.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
     }
 

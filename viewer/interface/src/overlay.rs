@@ -14,7 +14,7 @@ use super::levels::PictureArea;
 use super::placement::Placement;
 use super::plan::PlanScale;
 use super::ramp;
-use super::robot_spots;
+use super::robot_spots::{self, Spot};
 use super::state::Interface;
 use super::style;
 use super::symbols::Symbols;
@@ -99,12 +99,16 @@ impl Interface {
                 veil(context, ctx, area.whole, &mut placement);
             }
             self.messages.show(context, ctx, &mut placement);
-            self.ids(context, ctx, area);
+            let spots = self.robot_spots(context, area);
+            self.robot_ids(context, ctx, area, &spots);
             if let Some(measuring) = &self.measuring {
                 measuring.draw(context, ctx, area);
             }
             self.spots.draw_mark(context, ctx, area);
             self.elements(context, ctx, area, &mut placement);
+            if self.settings.ids {
+                self.ids(context, ctx, area, (&spots, &placement));
+            }
             if self.settings.heat {
                 let taken: Vec<Rect> = placement.taken().iter().map(|(_, place)| *place).collect();
                 hottest::draw(context, ctx, area, &taken);
@@ -156,26 +160,44 @@ impl Interface {
         }
     }
 
-    /// Draws the ids of nodes, edges and robots.
-    fn ids(&self, context: &PanelContext<'_>, ctx: &egui::Context, area: PictureArea) {
-        let (ids, robot_ids) = (self.settings.ids, self.settings.robot_ids);
-        if !ids && !robot_ids {
-            return;
-        }
+    /// Finds the robots in the picture, if ids are shown.
+    fn robot_spots(&self, context: &PanelContext<'_>, area: PictureArea) -> Vec<Spot> {
+        let frame = context.model.frame.filter(|_| self.settings.ids || self.settings.robot_ids);
+        let (world, camera, offset) = (&context.model.world, &context.camera, context.offset);
+        frame.map_or_else(Vec::new, |frame| {
+            robot_spots::find(&frame, world, context.level(), camera, offset, area.size())
+        })
+    }
+
+    /// Draws the names and ids of nodes and edges beside the robots and the elements.
+    fn ids(
+        &self,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
+        area: PictureArea,
+        (robots, placement): (&[Spot], &Placement),
+    ) {
+        let (picture, camera) = (area.picture, &context.camera);
+        let (offset, theme) = (context.offset, context.theme);
+        let view = LabelView { picture, camera, offset, theme, robots, placement };
+        context.model.labels.draw(ctx, area.visible, &view);
+    }
+
+    /// Draws the ids of robots.
+    fn robot_ids(
+        &self,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
+        area: PictureArea,
+        spots: &[Spot],
+    ) {
         let PictureArea { picture, visible, .. } = area;
         let (model, camera, offset) = (context.model, &context.camera, context.offset);
-        let spots = model.frame.map_or_else(Vec::new, |frame| {
-            robot_spots::find(&frame, &model.world, context.level(), camera, offset, area.size())
-        });
         let theme = context.theme;
-        if ids {
-            let view = LabelView { picture, camera, offset, theme, robots: &spots };
-            model.labels.draw(ctx, visible, &view);
+        if self.settings.robot_ids {
+            robot_spots::draw(ctx, visible, picture, theme, spots);
         }
-        if robot_ids {
-            robot_spots::draw(ctx, visible, picture, theme, &spots);
-        }
-        if ids {
+        if self.settings.ids {
             let selected = context.selection.robots().into_iter();
             let places = selected
                 .filter(|id| is_on_level(model, context.level(), *id))

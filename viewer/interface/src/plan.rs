@@ -37,6 +37,9 @@ pub fn metres_text(metres: f32) -> String {
     }
 }
 
+/// The room that coordinates take at the left and at the upper side, in points.
+const RULERS: egui::Vec2 = vec2(50.0, 22.0);
+
 /// The places of the scale bar and of the arrow to the north, as far as there is room for them.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanScale {
@@ -86,6 +89,11 @@ impl PlanScale {
             north(&painter, place.center(), camera.yaw, &colours);
         }
     }
+}
+
+/// The part of a plan beside the coordinates along its sides.
+pub(super) fn within_rulers(clip: Rect) -> Rect {
+    Rect::from_min_max(clip.min + RULERS, clip.max)
 }
 
 /// Writes x along the upper side and y along the left side, at round distances, where north is up.

@@ -7,13 +7,16 @@ use regatta_scene::palette::{Colouring, Theme};
 use regatta_scene::{Light, MAX_LIGHTS, Scene, Trails};
 use serde::{Deserialize, Serialize};
 
+/// The name of the colouring that follows what the fleet publishes.
+pub const AUTOMATIC: &str = "automatic";
+
 /// The settings of the viewer. The names of the fields are the keys of the settings file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
     /// Whether the theme is light.
     pub light: bool,
-    /// The [`Colouring`] of the robots, as text.
+    /// The [`Colouring`] of the robots, as text, or [`AUTOMATIC`].
     pub colour: String,
     /// Whether the floor's grid is shown.
     pub grid: bool,
@@ -191,7 +194,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             light: false,
-            colour: Colouring::default().to_string(),
+            colour: AUTOMATIC.to_owned(),
             grid: true,
             edges: true,
             nodes: true,
@@ -264,15 +267,14 @@ impl Settings {
         if self.light { Theme::Light } else { Theme::Dark }
     }
 
-    /// Returns the colouring of the robots.
-    pub fn colouring(&self) -> Colouring {
-        self.colour.parse().unwrap_or_default()
+    /// Returns the colouring of the robots; `None` if it follows what the fleet publishes.
+    pub fn colouring(&self) -> Option<Colouring> {
+        if self.colour == AUTOMATIC { None } else { self.colour.parse().ok() }
     }
 
     /// Applies the settings to a scene.
     pub fn apply(&self, scene: &mut Scene) {
         scene.theme = self.theme();
-        scene.colouring = self.colouring();
         scene.offset = self.offset;
         scene.floor.bounds = self.floor.map(Bounds::of_size);
         scene.layers.grid = self.grid;

@@ -47,10 +47,8 @@ impl SpotsPanel {
         let colours = context.colours;
         let spots = &context.model.jams.spots;
         let total: f64 = spots.iter().map(Spot::lost_secs).sum();
-        ui.label(
-            egui::RichText::new(format!("{} robot-seconds lost", thousands(total.round() as u64)))
-                .size(20.0),
-        );
+        let lost = with_plural(total.round() as u64, "robot-second");
+        ui.label(egui::RichText::new(format!("{lost} lost")).size(20.0));
         ui.label(style::faint(ui, "by contacts and by robots that stand and can't drive on"));
         ui.label(style::faint(ui, known_text(context.model)))
             .on_hover_text(known_hint(context.model));

@@ -103,6 +103,8 @@ pub fn apply(context: &Context, theme: Theme) {
         style.spacing.item_spacing = vec2(8.0, 6.0);
         style.spacing.button_padding = vec2(8.0, 3.0);
         style.spacing.slider_width = 130.0;
+        // The bar lies beside what is scrolled, not over the ends of its lines.
+        style.spacing.scroll.floating_allocated_width = 8.0;
         // Lists of states and of kinds are shown whole where the window is high enough.
         style.spacing.combo_height = 400.0;
         style.interaction.selectable_labels = false;

@@ -13,7 +13,7 @@ use super::cameras::{self, Bookmark};
 use super::context::PanelContext;
 use super::heat;
 use super::levels::Levels;
-use super::settings::{RobotMesh, Settings};
+use super::settings::{AUTOMATIC, RobotMesh, Settings};
 use super::style::{self, faint, heading};
 use super::view_model::ViewModel;
 use crate::text::{thousands, with_plural};
@@ -298,12 +298,12 @@ fn lamps(ui: &mut Ui, lamps: &mut Vec<Light>, model: &ViewModel<'_>) {
 
 /// Returns the names of all colourings: the built-in ones, and the columns that plugins publish.
 fn colourings(model: &ViewModel<'_>) -> Vec<String> {
-    let built_in = [Colouring::default(), Colouring::State, Colouring::Speed, Colouring::Type]
+    let built_in = [Colouring::State, Colouring::Speed, Colouring::Type]
         .map(|colouring| colouring.to_string());
     let columns = model.columns.iter().map(ToString::to_string);
     // Ids make no colours, and the names are listed as long as this viewer reads them.
     let ids = [GOAL.name(), WAITS_FOR.name()];
     let columns: Vec<_> =
         columns.filter(|name| !built_in.contains(name) && !ids.contains(&name.as_str())).collect();
-    built_in.into_iter().chain(columns).collect()
+    [AUTOMATIC.to_owned()].into_iter().chain(built_in).chain(columns).collect()
 }

@@ -32,9 +32,13 @@ pub enum BarColour {
     Open = 2,
     /// A shaft whose cabin is elsewhere.
     Away = 3,
+    /// A line of the background, in the theme's colour of walls.
+    Wall = 4,
+    /// A line from a station to a node of it, in the theme's colour of nodes.
+    Link = 5,
 }
 
-/// The colours of bars by [`BarColour`], those of facilities.wgsl.
+/// The colours of doors and cabins by [`BarColour`], those of facilities.wgsl.
 pub const BAR_COLOURS: [Rgb; 4] = [Rgb(0xd8_232e), Rgb(0xf3_bc27), Rgb(0x30_b361), Rgb(0x7c_8189)];
 
 /// The part of a door's half that is seen when it is open.

@@ -2,6 +2,7 @@
 //! the camera, colours, and the lists of routes, goals and heat to draw. Panels set it and a
 //! renderer draws it; it knows neither of them.
 
+pub mod background;
 pub mod camera;
 pub mod curves;
 pub mod facilities;
@@ -10,6 +11,7 @@ pub mod names;
 pub mod palette;
 pub mod plans;
 pub mod route;
+pub mod stations;
 
 use glam::{Vec2, Vec3};
 use regatta_plugin::World;

@@ -6,10 +6,9 @@ use std::collections::HashMap;
 
 use glam::{IVec2, Vec2};
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRecord, Role};
 
 use super::facilities::named;
-use super::is_on_level;
+use super::stations::stations;
 
 /// The mean width of a letter, in heights of the font.
 const LETTER: f32 = 0.55;
@@ -34,23 +33,13 @@ pub struct Name {
     pub scale: f32,
 }
 
-/// Returns the name of a node with a role, or its role and id; `None` without a role.
-pub fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
-    match (node.role(), world.text(node.name)) {
-        (Role::None, _) => None,
-        (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
-        (_, name) => Some(name.into()),
-    }
-}
-
 /// Returns the names of the doors, lifts and stations of a level (`None` for all levels), in
 /// ascending order of their scales.
 pub fn names(world: &World<'_>, level: Option<&str>) -> Vec<Name> {
     let facilities = named(world, level).into_iter();
     let facilities = facilities.map(|facility| (facility.name.into(), facility.place));
-    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
-    let stations =
-        nodes.filter_map(|node| Some((station_of(world, node)?, Vec2::new(node.x, node.y))));
+    let stations = stations(world, level).into_iter();
+    let stations = stations.map(|station| (station.name.into(), station.place));
     with_scales(facilities.chain(stations).filter(|(_, place)| place.is_finite()).collect())
 }
 
@@ -124,7 +113,7 @@ fn cells(area: Area) -> impl Iterator<Item = IVec2> {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::world::{DoorRecord, EdgeRecord, WorldData};
+    use regatta_plugin::world::{DoorRecord, EdgeRecord, NodeRecord, Role, WorldData};
 
     use super::*;
 

@@ -39,6 +39,8 @@ pub struct ThemeColours {
     pub floor: Rgb,
     /// The floor's grid.
     pub grid: Rgb,
+    /// Walls, and the outlines of floors and racks.
+    pub wall: Rgb,
     /// Edges that are driven one way.
     pub edge: Rgb,
     /// Edges that are driven both ways.
@@ -58,9 +60,10 @@ pub struct ThemeColours {
 }
 
 /// The data that robots are coloured by.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Colouring {
     /// The robot's state.
+    #[default]
     State,
     /// The robot's speed.
     Speed,
@@ -150,6 +153,7 @@ impl Theme {
                 sky: Rgb(0x0b0f14),
                 floor: Rgb(0x151b22),
                 grid: Rgb(0x2c3742),
+                wall: Rgb(0x56616d),
                 edge: Rgb(0x6d8196),
                 two_way: Rgb(0x8a7fb0),
                 node: Rgb(0x93a5b5),
@@ -163,6 +167,7 @@ impl Theme {
                 sky: Rgb(0xdfe5ea),
                 floor: Rgb(0xf4f6f8),
                 grid: Rgb(0xd3dae0),
+                wall: Rgb(0xaeb6be),
                 edge: Rgb(0x8f9dab),
                 two_way: Rgb(0xa497c6),
                 node: Rgb(0x6d7b88),
@@ -196,14 +201,17 @@ impl Theme {
     }
 }
 
-impl Default for Colouring {
-    /// Colours robots by the column `collision`.
-    fn default() -> Self {
+impl Colouring {
+    /// By what each robot is doing, as a fleet manager publishes it.
+    pub fn activity() -> Self {
+        Self::Column(ACTIVITY.name().parse().expect("a name"))
+    }
+
+    /// By the collisions that a collision checker finds.
+    pub fn collision() -> Self {
         Self::Column(COLLISION.name().parse().expect("a name"))
     }
-}
 
-impl Colouring {
     /// Returns the legend. `robot_types` are the names of the robot types, `range` the range of the
     /// values seen so far.
     pub fn legend(

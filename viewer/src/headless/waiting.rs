@@ -112,9 +112,13 @@ impl HeadlessViewer<'_> {
 
     /// Whether the column of robot types is missing, or the one that colours robots.
     fn lacks_columns(&self) -> bool {
-        let (scene, feed) = (&self.stage.scene, &self.stage.feed);
-        feed.robot_type().is_none()
-            || matches!(scene.colouring, Colouring::Column(_)) && feed.value().is_none()
+        let feed = &self.stage.feed;
+        let lacks_values = match &self.stage.colouring {
+            None => feed.activity().is_none() || feed.value().is_none(),
+            Some(Colouring::Column(_)) => feed.value().is_none(),
+            Some(_) => false,
+        };
+        feed.robot_type().is_none() || lacks_values
     }
 
     /// Waits until the routes of all robots have been requested once, and the waiting robots are

@@ -1,7 +1,7 @@
 //! The values that robots are coloured by, their range, and the bounds of robots without a graph.
 
 use glam::Vec2;
-use regatta_plugin::Frame;
+use regatta_plugin::{Frame, Result};
 use regatta_scene::camera::Bounds;
 use regatta_scene::palette::Colouring;
 
@@ -17,6 +17,30 @@ const RANGE_EVERY: u64 = 16;
 const BOUNDS_EVERY: u64 = 64;
 
 impl Stage {
+    /// Sets the colouring of the scene. Returns whether other values are watched than before.
+    ///
+    /// # Errors
+    /// If a column can't be opened.
+    pub(super) fn update_colouring(&mut self) -> Result<bool> {
+        let has_activities = self.feed.activity().is_some();
+        let automatic = if has_activities { Colouring::activity() } else { Colouring::collision() };
+        let wanted = self.colouring.clone().unwrap_or(automatic);
+        let is_other = self.watched.as_ref() != Some(&wanted);
+        if is_other {
+            let column = if let Colouring::Column(name) = &wanted { Some(name) } else { None };
+            self.feed.watch(column)?;
+            self.watched = Some(wanted.clone());
+            self.range = None;
+            for renderer in self.renderers() {
+                renderer.set_values(None);
+            }
+        }
+        let has_values = self.feed.value().is_some() && !self.is_looking_back();
+        let is_fallback = self.colouring.is_none() && !has_values;
+        self.scene.colouring = if is_fallback { Colouring::State } else { wanted };
+        Ok(is_other)
+    }
+
     pub(super) fn update_columns(&mut self, news: News, is_recoloured: bool) {
         if (news.robot_type || news.frame)
             && let Some(robot_type) = self.feed.robot_type()

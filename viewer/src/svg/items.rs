@@ -1,14 +1,16 @@
-//! Edges, closures, doors, lifts, nodes, names and robots of a plan, each kind in a group of its
-//! own.
+//! Walls, edges, closures, doors, lifts, nodes, names and robots of a plan, each kind in a group of
+//! its own.
 
 use glam::Vec2;
 use regatta_base::svg::Svg;
 use regatta_interface::footprint::Footprint;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Role};
+use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
+use regatta_scene::background::lines;
 use regatta_scene::curves::midpoint;
 use regatta_scene::facilities::{BAR_COLOURS, bars};
 use regatta_scene::names::names;
 use regatta_scene::palette::{COLOURS, Colouring, Rgb, Scale, Theme};
+use regatta_scene::stations::{links, stations};
 
 use super::hex;
 use super::plan::Plan;
@@ -17,6 +19,17 @@ use super::plan::Plan;
 const CLOSED: &str = "#d8232e";
 /// The size of the letters of names, in millimetres.
 const LETTER_MM: f32 = 2.0;
+
+/// Walls, and the outlines of floors and racks.
+pub(super) fn draw_background(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
+    if plan.world.background_lines().is_empty() {
+        return;
+    }
+    let lines = lines(&plan.world, plan.level);
+    let lines = lines.map(|points| points.map(|point| point + plan.offset));
+    let path = svg.element("path").set("id", "background").fill("none");
+    path.stroke(hex(plan.theme.colours().wall), 0.35 / per_metre).polylines(lines);
+}
 
 pub(super) fn draw_edges(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     let colours = plan.theme.colours();
@@ -34,9 +47,26 @@ pub(super) fn draw_nodes(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     svg.element("g").set("id", "nodes").fill(hex(plan.theme.colours().node)).open();
     for node in plan.nodes() {
         let at = Vec2::new(node.x, node.y) + plan.offset;
-        let radius = if node.role() == Role::None { 0.35 } else { 0.7 };
-        svg.circle(at, radius / per_metre).set("id", format_args!("n{}", node.id)).open();
+        svg.circle(at, 0.35 / per_metre).set("id", format_args!("n{}", node.id)).open();
         svg.element("title").content(plan.world.text(node.name));
+        svg.close();
+    }
+    svg.close();
+}
+
+/// Stations as discs, with lines to those of their nodes that are elsewhere.
+pub(super) fn draw_stations(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
+    let colour = hex(plan.theme.colours().node);
+    let stations = stations(&plan.world, plan.level);
+    let group = svg.element("g").set("id", "stations").fill(&colour);
+    group.stroke(&colour, 0.2 / per_metre).open();
+    for link in links(&plan.world, &stations) {
+        let [from, to] = link.ends.map(|end| end + plan.offset);
+        svg.line(from, to);
+    }
+    for station in &stations {
+        svg.circle(station.place + plan.offset, 0.7 / per_metre).open();
+        svg.element("title").content(&station.name);
         svg.close();
     }
     svg.close();

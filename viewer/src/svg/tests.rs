@@ -4,7 +4,8 @@ use regatta_plugin::frame::{
     ColumnsMut, Frame, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
 };
 use regatta_plugin::world::{
-    CurveRecord, DoorRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Role, WorldData,
+    CurveRecord, DoorRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Role, StationRecord,
+    WorldData,
 };
 use regatta_scene::palette::{Colouring, Theme};
 
@@ -87,7 +88,7 @@ fn a_plan_has_curves_and_outlines_at_their_true_size() {
 }
 
 #[test]
-fn a_plan_has_the_names_of_stations_and_doors_and_the_states_of_doors() {
+fn a_plan_has_walls_the_names_of_stations_and_doors_and_the_states_of_doors() {
     let mut world = WorldData::default();
     let [dock, gate] = ["dock <1>", "gate"].map(|name| world.texts.add(name));
     let role = Role::Pick as u32;
@@ -95,6 +96,9 @@ fn a_plan_has_the_names_of_stations_and_doors_and_the_states_of_doors() {
     world.add_edge(EdgeRecord::default(), []);
     let line = [[0.0, -1.0], [0.0, 1.0]];
     world.add_door(DoorRecord { name: gate, line, ..DoorRecord::default() }, [0]);
+    let name = world.texts.add("Storage 01");
+    world.add_station(StationRecord { name, x: 3.0, y: 1.0, ..StationRecord::default() }, []);
+    world.add_background_line(0, [[0.0, 0.0], [4.0, 0.0]]);
     let colouring = Colouring::State;
     let legend = colouring.legend(Theme::Light, &[], None);
     let open = FacilityState { door: DoorState::Open as u32, ..FacilityState::default() };
@@ -118,6 +122,8 @@ fn a_plan_has_the_names_of_stations_and_doors_and_the_states_of_doors() {
     let text = draw(&plan).expect("a drawing");
     assert!(text.contains(">dock &lt;1&gt;</text>") && text.contains(">gate</text>"), "{text}");
     assert_eq!(text.matches("stroke=\"#30b361\"").count(), 2, "its leaves: {text}");
+    assert!(text.contains(">Storage 01</text>") && text.contains(">Storage 01</title>"), "{text}");
+    assert!(text.contains("id=\"background\""), "{text}");
     assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
 }
 

@@ -252,7 +252,7 @@ mod tests {
         let settings = load(&path).unwrap();
         assert_eq!(
             (settings.trails, settings.scale, settings.colour.as_str()),
-            (4096, 3.0, "collision")
+            (4096, 3.0, "automatic")
         );
         std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
     }

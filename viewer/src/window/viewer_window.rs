@@ -375,6 +375,7 @@ impl ViewerWindow {
         let start = Instant::now();
         self.frame_pacing.record_draw(start);
         self.interface.settings.apply(&mut self.stage.scene);
+        self.stage.colouring = self.interface.settings.colouring();
         let robots = self.interface.robots();
         self.stage.scene.marked = self.interface.marked();
         let is_other_level = self.stage.scene.level.as_deref() != self.interface.level();

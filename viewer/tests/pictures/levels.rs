@@ -144,7 +144,7 @@ fn as_a_plan(_: &Gpu) {
 /// A stage that has a fleet's world, frame and column.
 fn stage(live: &LiveFleet, gpu: &Gpu, target: TargetConfig) -> Stage {
     let participant = Participant::join(&live.name, "test").expect("joined");
-    let scene = Scene { level: Some("ground".to_owned()), ..Scene::default() };
+    let scene = Scene { level: Some("ground".to_owned()), ..coloured(Colouring::collision()) };
     let mut stage = Stage::new(&participant, Renderer::new(gpu, target), scene).expect("a stage");
     let until = Instant::now() + Duration::from_secs(20);
     while stage.feed.world().is_none()

@@ -16,8 +16,8 @@ use regatta_gpu::resources::{texture, view_of};
 use regatta_plugin::column::COLLISION;
 use regatta_plugin::world::WorldData;
 use regatta_plugin::{FleetName, ProducerPorts};
-use regatta_scene::Scene;
 use regatta_scene::camera::Camera;
+use regatta_scene::palette::Colouring;
 use regatta_viewer::Options;
 use regatta_viewer::picture::{FORMAT, Offscreen, PictureError};
 use wgpu::{TextureFormat, TextureUsages};
@@ -25,6 +25,7 @@ use wgpu::{TextureFormat, TextureUsages};
 use crate::Test;
 use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
 use crate::levels::two_levels;
+use crate::references::coloured;
 
 pub const TESTS: &[(&str, Test)] = &[
     ("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot),
@@ -132,7 +133,7 @@ fn a_screenshot(gpu: &Gpu) {
     renderer.inner.set_values(Some(&collisions()));
     let expected = renderer.render(
         &Camera::from_eye(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9),
-        &Scene::default(),
+        &coloured(Colouring::collision()),
         1.0,
     );
     assert!(actual == expected, "the picture equals one rendered without shared memory");

@@ -8,7 +8,7 @@ use regatta_gpu::TargetConfig;
 use regatta_gpu::device::Gpu;
 use regatta_gpu::floor::FloorPicture;
 use regatta_interface::settings::MeshPlacement;
-use regatta_plugin::world::Role;
+use regatta_plugin::world::{Role, StationRecord};
 use regatta_scene::camera::{Bounds, Camera, Window};
 use regatta_scene::palette::{Colouring, Theme};
 use regatta_scene::plans::{GoalMark, PlanReport};
@@ -33,6 +33,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("selection", selection),
     ("routes", routes),
     ("stations", stations),
+    ("walls", walls),
     ("plans", plans),
     ("waits", waits),
     ("filter", filter),
@@ -83,6 +84,7 @@ pub fn references_are_told_apart() {
         ("robots_by_state", "robots_by_collision"),
         ("robots_by_state", "lamps"),
         ("graph", "stations"),
+        ("graph", "walls"),
         ("robots_by_state", "marked_edge"),
         ("robots_by_state", "closed_edges"),
         ("robots_by_state", "plans"),
@@ -161,13 +163,14 @@ fn robots_by_type(gpu: &Gpu) {
 fn robots_by_collision(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     renderer.inner.set_values(Some(&[0.0, 1.0, 2.0].repeat(4)));
-    assert_like("robots_by_collision", &renderer.render(&camera(), &Scene::default(), 1.0));
+    let scene = coloured(Colouring::collision());
+    assert_like("robots_by_collision", &renderer.render(&camera(), &scene, 1.0));
 }
 
 fn robots_without_the_column(gpu: &Gpu) {
     assert_like(
         "robots_without_the_column",
-        &loop_renderer(gpu).render(&camera(), &Scene::default(), 1.0),
+        &loop_renderer(gpu).render(&camera(), &coloured(Colouring::collision()), 1.0),
     );
 }
 
@@ -232,6 +235,21 @@ fn stations(gpu: &Gpu) {
     let [with, without] = [&mut renderer, &mut without]
         .map(|renderer| DynamicImage::from(renderer.render(&far, &scene, 1.0)).into_rgb8());
     assert_eq!(difference(&with, &without), 0.0);
+}
+
+/// Walls around the graph, and a station that is served from two nodes.
+fn walls(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let mut world = graph();
+    let role = Role::Transfer as u32;
+    let station = StationRecord { x: 4.0, y: 2.0, role, ..StationRecord::default() };
+    world.add_station(station, [0, 1]);
+    let corners = [[-2.8, -1.8], [10.8, -1.8], [10.8, 5.8], [-2.8, 5.8], [-2.8, -1.8]];
+    assert!(world.add_background_line(0, corners));
+    renderer.inner.set_graph(&world.view(1, 1));
+    let mut scene = coloured(Colouring::State);
+    scene.layers.robots = false;
+    assert_like("walls", &renderer.render(&top(), &scene, 1.0));
 }
 
 /// The routes of several robots, the goals of two of them, and one of a selected robot.
@@ -356,11 +374,11 @@ fn meshes_of_files(gpu: &Gpu) {
     assert!(renderer.inner.set_mesh(None, Some(&loaded.expect("a mesh"))));
     renderer.push(&robots());
     renderer.inner.set_values(Some(&[0.0, 1.0, 2.0].repeat(4)));
-    let mut scene = Scene::default();
+    let mut scene = coloured(Colouring::collision());
     scene.detail.mesh = 8.0;
     let picture = renderer.render(&top(), &scene, 1.0);
     assert_like("meshes_of_files", &picture);
-    let legend = Colouring::default().legend(Theme::Dark, &[], None);
+    let legend = Colouring::collision().legend(Theme::Dark, &[], None);
     let palette = legend.scale.colours(Theme::Dark);
     for (row, robot) in robots().iter().enumerate() {
         for along in [-0.25, 0.25] {

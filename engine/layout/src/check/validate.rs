@@ -16,7 +16,7 @@ use crate::model::path::Path;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::spline::{HandleLengths, Handles, spline};
-use crate::model::tags::{Orientation, Station};
+use crate::model::tags::{BackgroundLine, Orientation, Station};
 use crate::model::value::{plural, shorten};
 
 /// The largest |x| or |y| in metres. Beyond it, the `f32` poses in frames are coarser than half a
@@ -78,11 +78,11 @@ pub(crate) fn validate(
     body_heading::orient(raw, &mut edges, report);
     let nodes = nodes.into_iter().collect::<Option<_>>()?;
     let stations = check_stations(&raw.stations, &by_id, origin, report)?;
-    let background = raw
-        .background
-        .iter()
-        .map(|line| line.iter().map(|point| *point - origin).collect())
-        .collect();
+    let background = raw.background.iter().map(|line| BackgroundLine {
+        points: line.points.iter().map(|point| *point - origin).collect(),
+        level: line.level.clone(),
+    });
+    let background = background.collect();
     let graph = RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?);
     let zones = check_zones(&raw.zones, &graph, report)?;
     let doors = check_doors(&raw.doors, &graph, origin, report);

@@ -9,7 +9,7 @@ use regatta_base::graph::{Ends, Rotation};
 use super::facilities::Cabin;
 use super::finding::{Report, Severity, Subject};
 use super::spline::Handles;
-use super::tags::{Orientation, Role, Tags};
+use super::tags::{BackgroundLine, Orientation, Role, Tags};
 use super::value::shorten;
 use super::zones::ZoneRule;
 
@@ -24,7 +24,7 @@ pub(crate) struct RawGraph {
     pub doors: Vec<RawDoor>,
     pub lifts: Vec<RawLift>,
     /// Lines that are drawn behind the graph, in metres.
-    pub background: Vec<Vec<DVec2>>,
+    pub background: Vec<BackgroundLine>,
     pub handles: Option<Handles>,
     pub degrees: bool,
     /// Whether the graph was made from a layout of another format.
@@ -67,7 +67,7 @@ impl RawGraph {
         for station in &mut self.stations {
             station.position = station.position.map(|position| position * unit);
         }
-        for point in self.background.iter_mut().flatten() {
+        for point in self.background.iter_mut().flat_map(|line| &mut line.points) {
             *point *= unit;
         }
         for point in self.doors.iter_mut().flat_map(|door| &mut door.line).flatten() {

@@ -8,7 +8,7 @@ use regatta_base::rows::Rows;
 
 use super::facilities::{Door, Lift};
 use super::path::Path;
-use super::tags::{Orientation, Role, Station, Tags};
+use super::tags::{BackgroundLine, Orientation, Role, Station, Tags};
 use super::zones::Zone;
 
 /// A place with a heading.
@@ -111,7 +111,7 @@ pub struct RouteGraph {
     departures: Rows<Leg>,
     origin: DVec2,
     stations: Vec<Station>,
-    background: Vec<Vec<DVec2>>,
+    background: Vec<BackgroundLine>,
     zones: Vec<Zone>,
     doors: Vec<Door>,
     lifts: Vec<Lift>,
@@ -151,7 +151,11 @@ impl RouteGraph {
     }
 
     /// Sets the stations, whose nodes must exist, and the lines of the background.
-    pub fn with_surroundings(self, stations: Vec<Station>, background: Vec<Vec<DVec2>>) -> Self {
+    pub fn with_surroundings(
+        self,
+        stations: Vec<Station>,
+        background: Vec<BackgroundLine>,
+    ) -> Self {
         Self { stations, background, ..self }
     }
 
@@ -235,7 +239,7 @@ impl RouteGraph {
     }
 
     /// Returns the lines of the background, such as walls, in metres from [`origin`](Self::origin).
-    pub fn background(&self) -> &[Vec<DVec2>] {
+    pub fn background(&self) -> &[BackgroundLine] {
         &self.background
     }
 

@@ -174,6 +174,23 @@ impl Orientation {
     }
 }
 
+/// A line that is drawn under the graph and means nothing to robots: a wall, the outline of a floor
+/// or a rack.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BackgroundLine {
+    /// The points that it leads through, in metres.
+    pub points: Vec<DVec2>,
+    /// The level (floor) of a building.
+    pub level: Option<Box<str>>,
+}
+
+/// A line on all levels.
+impl From<Vec<DVec2>> for BackgroundLine {
+    fn from(points: Vec<DVec2>) -> Self {
+        Self { points, level: None }
+    }
+}
+
 /// A place that robots serve from adjacent nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Station {

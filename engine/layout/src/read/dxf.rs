@@ -234,7 +234,7 @@ fn layout(network: Network, background: &[Curve]) -> Layout {
         let back = reversed(&link);
         [edge(2 * index + 1, link), edge(2 * index + 2, back)]
     });
-    let background = background.iter().map(|curve| polyline(&curve.cubics)).collect();
+    let background = background.iter().map(|curve| polyline(&curve.cubics).into()).collect();
     Layout { nodes, edges: edges.collect(), background, ..Layout::default() }
 }
 

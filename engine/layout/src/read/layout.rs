@@ -22,7 +22,7 @@ use crate::model::path::Path;
 use crate::model::raw::{
     RawCurve, RawDoor, RawDoorTimes, RawEdge, RawGraph, RawLift, RawNode, RawStation, RawZone,
 };
-use crate::model::tags::{NAME, Orientation, Role, Tags};
+use crate::model::tags::{BackgroundLine, NAME, Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::model::zones::ZoneRule;
 
@@ -37,7 +37,7 @@ pub(crate) struct Layout {
     pub doors: Vec<LayoutDoor>,
     pub lifts: Vec<LayoutLift>,
     /// Lines that are drawn behind the graph, in metres: walls, racks.
-    pub background: Vec<Vec<DVec2>>,
+    pub background: Vec<BackgroundLine>,
 }
 
 /// A node.

@@ -101,7 +101,7 @@ fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ign
     }
 }
 
-/// Adds the doors, and their lines to their levels.
+/// Adds the doors, and the lines of those without a lane to their levels.
 fn add_doors(
     root: &Tree<'_>,
     by_name: &BTreeMap<String, usize>,
@@ -122,7 +122,8 @@ fn add_doors(
                 let plan = DoorPlan { at: door.at, line: line_of_door, times };
                 building.doors.insert(name.clone(), plan);
             }
-            level.lines.push(line);
+            let has_lane = level.lanes.iter().any(|lane| lane.passes(name));
+            level.lines.extend((!has_lane).then_some(line));
         } else {
             ignored.add(door.at, "door without two endpoints on a level");
         }

@@ -168,5 +168,6 @@ fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout
         destination: (to + 1).to_string(),
         ..LayoutEdge::default()
     });
+    let background = background.into_iter().map(Into::into).collect();
     Layout { nodes: nodes.collect(), edges: edges.collect(), background, ..Layout::default() }
 }

@@ -200,10 +200,9 @@ impl ProducerPorts {
     /// # Errors
     /// [`PublishError`] when shared memory is full.
     pub fn publish_world(&mut self, world: &WorldData) -> Result<u64, PublishError> {
-        let layout = world.layout();
-        let mut sample = self.world.loan(layout.lines())?;
-        layout.write(sample.records_mut(), world);
-        *sample.header_mut() = layout.header(world.origin, self.run_id, self.revision + 1);
+        let mut sample = self.world.loan(world.lines())?;
+        world.write(sample.records_mut());
+        *sample.header_mut() = world.header(self.run_id, self.revision + 1);
         sample.send()?;
         self.revision += 1;
         Ok(self.revision)

@@ -1,9 +1,9 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
 //!
-//! A sample is a block of lines with twelve sections: nodes, edges, curves, robot types, texts,
-//! zones, their members, other names of nodes, doors, lifts, levels of lifts, and the members of
-//! facilities. Each section starts on a whole line. Readers get
-//! them as a [`World`]; producers fill in a [`WorldData`].
+//! A sample is a block of lines with sixteen sections: nodes, edges, curves, robot types, texts,
+//! zones, their members, other names of nodes, doors, lifts, levels of lifts, the members of
+//! facilities, stations, their nodes, lines of the background, and their points. Each section
+//! starts on a whole line. Readers get them as a [`World`]; producers fill in a [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]
@@ -11,16 +11,20 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 use super::{padded, text};
+pub use background::{BackgroundLineRecord, MAX_BACKGROUND_POINTS};
 pub use data::WorldData;
 pub use facilities::{DoorRecord, LiftLevelRecord, LiftRecord};
 pub use levels::{Level, Levels};
+pub use stations::StationRecord;
 pub use texts::Texts;
 pub use view::World;
 pub use zones::{ZoneRecord, ZoneRule};
 
+mod background;
 mod data;
 mod facilities;
 mod levels;
+mod stations;
 mod texts;
 mod view;
 mod zones;
@@ -63,6 +67,14 @@ pub struct WorldHeader {
     pub lift_levels: u32,
     /// Number of the members of all doors and lifts.
     pub facility_members: u32,
+    /// Number of [`StationRecord`]s.
+    pub stations: u32,
+    /// Number of the nodes of all stations.
+    pub station_nodes: u32,
+    /// Number of [`BackgroundLineRecord`]s.
+    pub background_lines: u32,
+    /// Number of the points of all lines of the background.
+    pub background_points: u32,
 }
 
 /// Another name of a node: that of a station there, or of a node at the same place that the layout

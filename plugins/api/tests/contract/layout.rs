@@ -34,8 +34,9 @@ use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::work::{WorkFigures, WorkHeader};
 use regatta_plugin::world::{
-    CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord, NodeRecord, OtherNameRecord,
-    RobotTypeRecord, Role, Shape, WorldHeader, ZoneRecord, ZoneRule,
+    BackgroundLineRecord, CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord,
+    NodeRecord, OtherNameRecord, RobotTypeRecord, Role, Shape, StationRecord, WorldHeader,
+    ZoneRecord, ZoneRule,
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
@@ -79,7 +80,10 @@ fn all_records() -> Map<String, Value> {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated, jumps }
         WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, zones, zone_members,
-            other_names, doors, lifts, lift_levels, facility_members }
+            other_names, doors, lifts, lift_levels, facility_members, stations, station_nodes, background_lines,
+            background_points }
+        StationRecord { name, level, x, y, role, first_node, nodes }
+        BackgroundLineRecord { level, first_point, points }
         ZoneRecord { name, rule, capacity, first_member, nodes, edges }
         OtherNameRecord { name, node }
         DoorRecord { name, first_edge, edges, opening_secs, closing_secs, line }

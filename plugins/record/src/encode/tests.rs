@@ -11,7 +11,7 @@ use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_l
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
     CurveRecord, DoorRecord, EdgeRecord, LiftRecord, NodeRecord, Orientation, OtherNameRecord,
-    RobotTypeRecord, Role, WorldData, ZoneRecord,
+    RobotTypeRecord, Role, StationRecord, WorldData, ZoneRecord,
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
@@ -250,6 +250,11 @@ fn world() -> WorldData {
     world.add_lift(lift, [(level, vec![0])], [1]);
     let name = world.texts.add("Storage 01");
     world.other_names.push(OtherNameRecord { name, node: 0 });
+    let station =
+        StationRecord { name, level, x: 1.5, y: -2.0, role: 5, ..StationRecord::default() };
+    world.add_station(station, [1, 0]);
+    world.add_background_line(level, [[0.0, 0.0], [9.0, 0.0], [9.0, 4.0]]);
+    world.add_background_line(0, [[1.0, 1.0], [2.0, 2.0]]);
     world
 }
 

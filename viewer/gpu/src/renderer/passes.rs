@@ -77,10 +77,11 @@ impl Renderer {
         }
     }
 
-    /// Draws the floor, the graph and the heat map.
+    /// Draws the floor, the walls, the graph and the heat map.
     fn draw_ground(&self, pass: &mut RenderPass<'_>, picture: &Picture<'_>) {
         let layers = picture.scene.layers;
         self.floor.draw(pass);
+        self.marks.draw_under_graph(pass, layers);
         self.graph.draw(pass, Layers { arrows: false, nodes: false, ..layers });
         if let Some(records) = self.graph.records().filter(|_| picture.scene.heat.is_some()) {
             self.heat.draw(pass, records);

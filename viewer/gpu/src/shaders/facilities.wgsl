@@ -1,10 +1,15 @@
-// Doors and the cabins of lifts: bars on the ground in the colours of their states.
+// Bars on the ground: doors and the cabins of lifts in the colours of their states, walls, and lines from stations to nodes.
 
-// Linear colours by `BarColour` in facilities.rs: closed, in motion, open, away.
+// Linear colours of doors and cabins by `BarColour` in facilities.rs: closed, in motion, open, away. Then those of the theme.
 const COLOURS = array(vec3f(0.686, 0.0168, 0.0284), vec3f(0.9, 0.5, 0.02), vec3f(0.03, 0.45, 0.12), vec3f(0.2, 0.22, 0.25));
 // The width of a bar in metres near the camera; its least and its greatest width in pixels.
 const METRES = 0.14;
 const PIXELS = vec2f(2.5, 9.0);
+// The same of walls, and of lines from stations to nodes.
+const WALL = 4u;
+const WALL_PIXELS = vec2f(1.2, 3.0);
+const LINK = 5u;
+const LINK_PIXELS = vec2f(1.0, 1.2);
 
 struct Bar {
     @builtin(position) clip: vec4f,
@@ -26,7 +31,9 @@ fn bar(@location(0) ends: vec4f, @location(1) colour: u32, @builtin(vertex_index
     }
     let along = (to_clip.xy / to_clip.w - from_clip.xy / from_clip.w) * view.viewport.xy;
     let direction = normalize(along + vec2f(1e-9, 0.0));
-    let half_width = clamp(METRES / metres_per_pixel(local), PIXELS.x, PIXELS.y) * 0.5;
+    let theme_pixels = select(WALL_PIXELS, LINK_PIXELS, colour == LINK);
+    let pixels = select(PIXELS, theme_pixels, colour >= WALL);
+    let half_width = clamp(METRES / metres_per_pixel(local), pixels.x, pixels.y) * 0.5;
     let across = select(-1.0, 1.0, (corner & 1u) == 1u) * (half_width + 0.5);
     let offset = vec2f(-direction.y, direction.x) * across * 2.0 * view.viewport.zw;
     let clip = select(from_clip, to_clip, is_end);
@@ -37,5 +44,6 @@ fn bar(@location(0) ends: vec4f, @location(1) colour: u32, @builtin(vertex_index
 fn bar_fill(in: Bar) -> @location(0) vec4f {
     let cover = clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0);
     var colours = COLOURS;
-    return vec4f(colours[min(in.colour, 3u)], cover);
+    let theme_colour = select(view.wall.rgb, view.node.rgb, in.colour == LINK);
+    return vec4f(select(colours[min(in.colour, 3u)], theme_colour, in.colour >= WALL), cover);
 }

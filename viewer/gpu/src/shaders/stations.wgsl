@@ -41,8 +41,8 @@ fn bar_distance(at: vec2f, a: vec2f, b: vec2f, half_width: f32) -> f32 {
     return length(at - mix(a, b, along)) - half_width;
 }
 
-// The distance from the sign of a role: pick is a triangle that points up, drop one that points down, park a P, charge a
-// flash.
+// The distance from the sign of a role: pick is a triangle that points up, drop one that points down, transfer has both, park is
+// a P, charge a flash. A station without a role has no sign.
 fn sign_distance(role: u32, at: vec2f) -> f32 {
     switch role {
         case 1u: { return triangle_distance(at); }
@@ -52,6 +52,11 @@ fn sign_distance(role: u32, at: vec2f) -> f32 {
             let bow = abs(length(at - vec2f(0.02, 0.2)) - 0.28) - 0.11;
             return min(stem, max(bow, -0.22 - at.x));
         }
+        case 5u: {
+            let up = triangle_distance((at - vec2f(0.0, 0.3)) * 1.8);
+            return min(up, triangle_distance((vec2f(at.x, -at.y) - vec2f(0.0, 0.3)) * 1.8)) / 1.8;
+        }
+        case 0u: { return 1.0; }
         default: {
             let upper = bar_distance(at, vec2f(0.14, 0.6), vec2f(-0.22, -0.02), 0.1);
             let middle = bar_distance(at, vec2f(-0.22, -0.02), vec2f(0.22, 0.04), 0.1);

@@ -87,7 +87,7 @@ fn a_fitted_plant_has_some_names_and_more_of_them_nearer() {
 #[test]
 fn a_station_has_its_name_and_keeps_room_for_it() {
     let mut world = WorldData::default();
-    let name = world.texts.add("inbound dock 4");
+    let [name, corner] = ["inbound dock 4", "corner"].map(|name| world.texts.add(name));
     let station = |id, name, x, role: Role| NodeRecord {
         id,
         name,
@@ -98,14 +98,15 @@ fn a_station_has_its_name_and_keeps_room_for_it() {
     world.nodes = vec![
         station(1, name, 0.0, Role::Pick),
         station(2, 0, 6.0, Role::Charge),
-        station(3, name, -6.0, Role::None),
+        station(3, corner, -6.0, Role::None),
+        station(4, 0, -8.0, Role::None),
     ];
     let labels = Labels::new(&world.view(1, 1), None);
     let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
     let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
-    assert_eq!(texts, ["inbound dock 4", "charge 2", "n3"]);
+    assert_eq!(texts, ["inbound dock 4", "charge 2", "corner", "n4"]);
     world.nodes[1].x = 0.9;
     let labels = Labels::new(&world.view(1, 1), None);
     let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
-    assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
+    assert_eq!(near.len(), 3, "the name takes the place of the charger's: {near:?}");
 }

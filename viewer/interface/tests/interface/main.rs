@@ -150,7 +150,7 @@ impl Fixture {
             engine: EngineState::Running,
             work: None,
             timing: Timing::new("an adapter".into()),
-            legend: Colouring::default().legend(Theme::Dark, &[], None),
+            legend: Colouring::collision().legend(Theme::Dark, &[], None),
             actions: Vec::new(),
             picture: egui::Rect::ZERO,
             recording: None,

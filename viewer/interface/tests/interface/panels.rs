@@ -21,7 +21,7 @@ fn panels_themes_and_colourings_have_keys_that_the_help_lists() {
         press(&mut harness, Key::C);
         colours.push(harness.state().interface.settings.colour.clone());
     }
-    assert_eq!(colours, ["state", "speed", "type", "battery", "collision"]);
+    assert_eq!(colours, ["state", "speed", "type", "battery", "automatic"]);
     press(&mut harness, Key::F1);
     harness.get_by_label("pause, resume");
     press(&mut harness, Key::Escape);

@@ -107,7 +107,7 @@ impl Fixture {
             world,
             jams: JamFacts::default(),
             timing: Timing::new("an adapter".into()),
-            legend: Colouring::default().legend(Theme::Dark, &[], None),
+            legend: Colouring::collision().legend(Theme::Dark, &[], None),
             picture: Rect::ZERO,
             actions: Vec::new(),
             engine: EngineState::Running,

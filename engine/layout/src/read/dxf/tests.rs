@@ -112,7 +112,7 @@ fn a_depot_has_all_kinds_of_lines() {
         assert!(at(x, y), "({x}, {y}) {messages}");
     }
     assert_eq!(graph.background().len(), 5);
-    assert_eq!(graph.background()[0], [DVec2::new(-5.0, -5.0), DVec2::new(25.0, -5.0)]);
+    assert_eq!(graph.background()[0].points, [DVec2::new(-5.0, -5.0), DVec2::new(25.0, -5.0)]);
     // Eight links of the loop, five of which others split once each; a branch, an arc, a spline,
     // four quarters of a circle, a line to it, two bays.
     assert_eq!(
@@ -265,7 +265,7 @@ fn units_and_layers_are_chosen() {
     assert_eq!((graph.edges().len(), graph.nodes()[1].position), (2, DVec2::X * 3.0));
     assert_eq!(
         graph.background(),
-        [vec![DVec2::new(0.0, 9.0 * 0.001), DVec2::new(1.0, 9.0 * 0.001)]]
+        [vec![DVec2::new(0.0, 9.0 * 0.001), DVec2::new(1.0, 9.0 * 0.001)].into()]
     );
     let millimetres = text.replace("70\n6\n", "70\n4\n");
     let (all, messages) = self::graph(&millimetres, &ReadOptions::default());

@@ -11,7 +11,7 @@ use super::lifts::LiftPlan;
 use super::{MAX_NAME, doors, lifts, zones};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
-use crate::model::tags::{Orientation, Role, Tags};
+use crate::model::tags::{BackgroundLine, Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutStation};
 
@@ -172,7 +172,10 @@ impl Level {
         layout
             .nodes
             .extend(used.map(|((vertex, id), _)| vertex.into_node(&level, id.clone(), report)));
-        layout.background.extend(lines);
+        let lines = lines.into_iter();
+        layout.background.extend(
+            lines.map(|points| BackgroundLine { points, level: Some(level.as_str().into()) }),
+        );
     }
 }
 
@@ -258,6 +261,11 @@ impl Lane {
     /// Whether robots drive it backwards.
     pub fn is_backward(&self) -> bool {
         self.properties.get("orientation_constraint").is_some_and(|value| value == "backward")
+    }
+
+    /// Whether it leads through a door.
+    pub fn passes(&self, door: &str) -> bool {
+        self.properties.get("door_name").is_some_and(|name| name == door)
     }
 
     fn into_edge(self, level: &str, ids: &[String], report: &mut Report<'_>) -> Option<LayoutEdge> {

@@ -109,7 +109,7 @@ fn positions_names_and_roles_of_the_office() {
             ("coke_ingestor_2", Role::Drop)
         ]
     );
-    assert_eq!(layout.background.len(), 3);
+    assert_eq!(layout.background.len(), 1, "no lane leads through the main door");
 }
 
 #[test]
@@ -252,7 +252,8 @@ fn levels_are_aligned_as_open_rmf_does() {
 #[test]
 fn walls_and_floors_are_the_background() {
     let (layout, findings) = layout_of(&sample("office.building.yaml"), None);
-    assert_eq!(layout.background.len(), 33 + 3 + 4);
+    assert_eq!(layout.background.len(), 33 + 1 + 4, "walls, the door without a lane, floors");
+    assert!(layout.background.iter().all(|line| line.level.as_deref() == Some("L1")));
     assert_eq!(layout.stations[0].name, "coke_dispenser");
     assert!(layout.stations[0].position.expect("a place").distance(DVec2::new(17.76, -5.50)) < 0.1);
     assert!(

@@ -73,7 +73,7 @@ fn the_structure_is_that_of_the_schema() {
         ..Station::default()
     };
     let graph = RouteGraph::from_valid_parts(points.into(), vec![edge])
-        .with_surroundings(vec![station], vec![vec![]]);
+        .with_surroundings(vec![station], vec![vec![].into()]);
     let Written { text, losses } = write(&graph);
     let expected = r##"<?xml version="1.0" encoding="UTF-8" standalone="yes"?>
 <model version="7.0.0" name="Regatta">

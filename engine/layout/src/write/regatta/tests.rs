@@ -169,7 +169,7 @@ fn each_item_is_one_line() {
         Edge::new(5, NodeIndex(0), NodeIndex(1), CubicBezier::straight(DVec2::ZERO, DVec2::X), 0.5);
     edge.reverse_speed = Some(0.25);
     edge.tags = Some(Tags::named("A \"1\"\n").into());
-    let background = vec![vec![DVec2::ZERO, DVec2::Y]];
+    let background = vec![vec![DVec2::ZERO, DVec2::Y].into()];
     let graph =
         RouteGraph::from_valid_parts(nodes, vec![edge]).with_surroundings(Vec::new(), background);
     let Written { text, losses } = write(&graph);

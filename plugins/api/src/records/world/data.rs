@@ -1,10 +1,16 @@
 //! The world as a producer makes it.
 
-use super::view::{World, WorldLayout};
+use bytemuck::cast_slice;
+
 use super::{
-    CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord, NodeRecord, OtherNameRecord,
-    RobotTypeRecord, Texts, ZoneRecord,
+    BackgroundLineRecord, CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord,
+    MAX_BACKGROUND_POINTS, NodeRecord, OtherNameRecord, RobotTypeRecord, StationRecord, Texts,
+    World, WorldHeader, ZoneRecord,
 };
+use crate::records::frame::{BYTES_PER_LINE, Line};
+
+/// The number of a world's sections.
+const SECTIONS: usize = 16;
 
 /// The content of a world, for
 /// [`ProducerPorts::publish_world`](crate::ProducerPorts::publish_world).
@@ -51,6 +57,14 @@ pub struct WorldData {
     pub lift_levels: Vec<LiftLevelRecord>,
     /// The indices of the edges of doors, and of the rides and nodes of lifts.
     pub facility_members: Vec<u32>,
+    /// The stations, which refer to their nodes.
+    pub stations: Vec<StationRecord>,
+    /// The indices of the nodes of all stations.
+    pub station_nodes: Vec<u32>,
+    /// The lines of the background, which refer to their points.
+    pub background_lines: Vec<BackgroundLineRecord>,
+    /// The points of all lines of the background: metres east and north of the world's origin.
+    pub background_points: Vec<[f32; 2]>,
 }
 
 impl WorldData {
@@ -118,10 +132,40 @@ impl WorldData {
         [first, self.facility_members.len() as u32 - first]
     }
 
+    /// Appends a station with its nodes, by their indices. Fills in `first_node` and `nodes`.
+    pub fn add_station(&mut self, station: StationRecord, nodes: impl IntoIterator<Item = u32>) {
+        let first_node = self.station_nodes.len() as u32;
+        self.station_nodes.extend(nodes);
+        let nodes = self.station_nodes.len() as u32 - first_node;
+        self.stations.push(StationRecord { first_node, nodes, ..station });
+    }
+
+    /// Appends a line of the background: the offset of its level's name, and its points in metres.
+    /// Returns false if the background has no room for it: more than [`MAX_BACKGROUND_POINTS`] are
+    /// left out.
+    pub fn add_background_line(
+        &mut self,
+        level: u32,
+        points: impl IntoIterator<Item = [f32; 2]>,
+    ) -> bool {
+        let first_point = self.background_points.len();
+        let room = MAX_BACKGROUND_POINTS.saturating_sub(first_point);
+        self.background_points.extend(points.into_iter().take(room + 1));
+        let points = self.background_points.len() - first_point;
+        let has_room = points <= room;
+        if has_room && points > 1 {
+            let [first_point, points] = [first_point, points].map(|number| number as u32);
+            self.background_lines.push(BackgroundLineRecord { level, first_point, points });
+        } else {
+            self.background_points.truncate(first_point);
+        }
+        has_room
+    }
+
     /// Returns the world as its readers see it.
     pub fn view(&self, run_id: u64, revision: u64) -> World<'_> {
         World {
-            header: self.layout().header(self.origin, run_id, revision),
+            header: self.header(run_id, revision),
             nodes: &self.nodes,
             edges: &self.edges,
             curves: &self.curves,
@@ -134,23 +178,75 @@ impl WorldData {
             lifts: &self.lifts,
             lift_levels: &self.lift_levels,
             facility_members: &self.facility_members,
+            stations: &self.stations,
+            station_nodes: &self.station_nodes,
+            background_lines: &self.background_lines,
+            background_points: &self.background_points,
         }
     }
 
-    pub(crate) fn layout(&self) -> WorldLayout {
-        WorldLayout {
-            nodes: self.nodes.len(),
-            edges: self.edges.len(),
-            curves: self.curves.len(),
-            robot_types: self.robot_types.len(),
-            text_bytes: self.texts.as_bytes().len(),
-            zones: self.zones.len(),
-            zone_members: self.zone_members.len(),
-            other_names: self.other_names.len(),
-            doors: self.doors.len(),
-            lifts: self.lifts.len(),
-            lift_levels: self.lift_levels.len(),
-            facility_members: self.facility_members.len(),
+    pub(crate) fn header(&self, run_id: u64, revision: u64) -> WorldHeader {
+        WorldHeader {
+            run_id,
+            revision,
+            origin: self.origin,
+            nodes: self.nodes.len() as u32,
+            edges: self.edges.len() as u32,
+            curves: self.curves.len() as u32,
+            robot_types: self.robot_types.len() as u32,
+            text_bytes: self.texts.as_bytes().len() as u32,
+            zones: self.zones.len() as u32,
+            zone_members: self.zone_members.len() as u32,
+            other_names: self.other_names.len() as u32,
+            doors: self.doors.len() as u32,
+            lifts: self.lifts.len() as u32,
+            lift_levels: self.lift_levels.len() as u32,
+            facility_members: self.facility_members.len() as u32,
+            stations: self.stations.len() as u32,
+            station_nodes: self.station_nodes.len() as u32,
+            background_lines: self.background_lines.len() as u32,
+            background_points: self.background_points.len() as u32,
         }
     }
+
+    /// The bytes of its sections, in the order of [`World::split`].
+    fn sections(&self) -> [&[u8]; SECTIONS] {
+        [
+            cast_slice(&self.nodes),
+            cast_slice(&self.edges),
+            cast_slice(&self.curves),
+            cast_slice(&self.robot_types),
+            self.texts.as_bytes(),
+            cast_slice(&self.zones),
+            cast_slice(&self.zone_members),
+            cast_slice(&self.other_names),
+            cast_slice(&self.doors),
+            cast_slice(&self.lifts),
+            cast_slice(&self.lift_levels),
+            cast_slice(&self.facility_members),
+            cast_slice(&self.stations),
+            cast_slice(&self.station_nodes),
+            cast_slice(&self.background_lines),
+            cast_slice(&self.background_points),
+        ]
+    }
+
+    /// The number of lines that [`write`](Self::write) needs.
+    pub(crate) fn lines(&self) -> usize {
+        self.sections().iter().map(|bytes| lines_of(bytes)).sum()
+    }
+
+    /// Writes the sections to a block of [`lines`](Self::lines).
+    pub(crate) fn write(&self, lines: &mut [Line]) {
+        let mut rest = lines;
+        for bytes in self.sections() {
+            let (section, after) = rest.split_at_mut(lines_of(bytes));
+            bytemuck::cast_slice_mut::<Line, u8>(section)[..bytes.len()].copy_from_slice(bytes);
+            rest = after;
+        }
+    }
+}
+
+fn lines_of(bytes: &[u8]) -> usize {
+    bytes.len().div_ceil(BYTES_PER_LINE)
 }

@@ -1,125 +1,13 @@
-//! A reader's view of the world, and the places of its sections in a block of lines.
+//! A reader's view of the world.
 
-use bytemuck::{NoUninit, Pod};
+use bytemuck::Pod;
 
 use super::texts::text_at;
 use super::{
-    CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord, NodeRecord, OtherNameRecord,
-    RobotTypeRecord, WorldData, WorldHeader, ZoneRecord,
+    BackgroundLineRecord, CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord,
+    NodeRecord, OtherNameRecord, RobotTypeRecord, StationRecord, WorldHeader, ZoneRecord,
 };
 use crate::records::frame::{BYTES_PER_LINE, Line};
-
-/// The number of a world's sections.
-const SECTIONS: usize = 12;
-
-/// The sections of a world in its block of lines: each starts on a whole line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct WorldLayout {
-    pub(crate) nodes: usize,
-    pub(crate) edges: usize,
-    pub(crate) curves: usize,
-    pub(crate) robot_types: usize,
-    pub(crate) text_bytes: usize,
-    pub(crate) zones: usize,
-    pub(crate) zone_members: usize,
-    pub(crate) other_names: usize,
-    pub(crate) doors: usize,
-    pub(crate) lifts: usize,
-    pub(crate) lift_levels: usize,
-    pub(crate) facility_members: usize,
-}
-
-impl WorldLayout {
-    fn of(header: &WorldHeader) -> Self {
-        Self {
-            nodes: header.nodes as usize,
-            edges: header.edges as usize,
-            curves: header.curves as usize,
-            robot_types: header.robot_types as usize,
-            text_bytes: header.text_bytes as usize,
-            zones: header.zones as usize,
-            zone_members: header.zone_members as usize,
-            other_names: header.other_names as usize,
-            doors: header.doors as usize,
-            lifts: header.lifts as usize,
-            lift_levels: header.lift_levels as usize,
-            facility_members: header.facility_members as usize,
-        }
-    }
-
-    pub(crate) fn header(self, origin: [f64; 2], run_id: u64, revision: u64) -> WorldHeader {
-        WorldHeader {
-            run_id,
-            revision,
-            origin,
-            nodes: self.nodes as u32,
-            edges: self.edges as u32,
-            curves: self.curves as u32,
-            robot_types: self.robot_types as u32,
-            text_bytes: self.text_bytes as u32,
-            zones: self.zones as u32,
-            zone_members: self.zone_members as u32,
-            other_names: self.other_names as u32,
-            doors: self.doors as u32,
-            lifts: self.lifts as u32,
-            lift_levels: self.lift_levels as u32,
-            facility_members: self.facility_members as u32,
-        }
-    }
-
-    /// Returns the number of lines of each section.
-    fn section_lines(self) -> [usize; SECTIONS] {
-        let bytes = [
-            self.nodes * size_of::<NodeRecord>(),
-            self.edges * size_of::<EdgeRecord>(),
-            self.curves * size_of::<CurveRecord>(),
-            self.robot_types * size_of::<RobotTypeRecord>(),
-            self.text_bytes,
-            self.zones * size_of::<ZoneRecord>(),
-            self.zone_members * size_of::<u32>(),
-            self.other_names * size_of::<OtherNameRecord>(),
-            self.doors * size_of::<DoorRecord>(),
-            self.lifts * size_of::<LiftRecord>(),
-            self.lift_levels * size_of::<LiftLevelRecord>(),
-            self.facility_members * size_of::<u32>(),
-        ];
-        bytes.map(|bytes| bytes.div_ceil(BYTES_PER_LINE))
-    }
-
-    pub(crate) fn lines(self) -> usize {
-        self.section_lines().iter().sum()
-    }
-
-    /// Writes a world of this layout to a block of [`lines`](Self::lines).
-    pub(crate) fn write(self, lines: &mut [Line], world: &WorldData) {
-        let mut rest = lines;
-        let sections = self.section_lines().map(|count| {
-            let (section, after) = std::mem::take(&mut rest).split_at_mut(count);
-            rest = after;
-            section
-        });
-        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names, rest @ ..] =
-            sections;
-        let [doors, lifts, lift_levels, facility_members] = rest;
-        copy(nodes, &world.nodes);
-        copy(edges, &world.edges);
-        copy(curves, &world.curves);
-        copy(robot_types, &world.robot_types);
-        copy(texts, world.texts.as_bytes());
-        copy(zones, &world.zones);
-        copy(zone_members, &world.zone_members);
-        copy(other_names, &world.other_names);
-        copy(doors, &world.doors);
-        copy(lifts, &world.lifts);
-        copy(lift_levels, &world.lift_levels);
-        copy(facility_members, &world.facility_members);
-    }
-}
-
-fn copy<T: NoUninit>(section: &mut [Line], records: &[T]) {
-    let bytes: &[u8] = bytemuck::cast_slice(records);
-    bytemuck::cast_slice_mut::<Line, u8>(section)[..bytes.len()].copy_from_slice(bytes);
-}
 
 /// A reader's view of the world: slices of shared memory, not copies.
 #[derive(Clone, Copy, Debug, Default)]
@@ -137,35 +25,35 @@ pub struct World<'sample> {
     pub(super) lifts: &'sample [LiftRecord],
     pub(super) lift_levels: &'sample [LiftLevelRecord],
     pub(super) facility_members: &'sample [u32],
+    pub(super) stations: &'sample [StationRecord],
+    pub(super) station_nodes: &'sample [u32],
+    pub(super) background_lines: &'sample [BackgroundLineRecord],
+    pub(super) background_points: &'sample [[f32; 2]],
 }
 
 impl<'sample> World<'sample> {
     /// Splits a block of lines into its sections. Returns `None` if it has fewer lines than the
     /// header implies.
     pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
-        let layout = WorldLayout::of(header);
         let mut rest = lines;
-        let mut sections = [&[][..]; SECTIONS];
-        for (section, count) in sections.iter_mut().zip(layout.section_lines()) {
-            (*section, rest) = rest.split_at_checked(count)?;
-        }
-        let [nodes, edges, curves, robot_types, texts, zones, zone_members, other_names, rest @ ..] =
-            sections;
-        let [doors, lifts, lift_levels, facility_members] = rest;
         Some(Self {
             header: *header,
-            nodes: records(nodes, layout.nodes),
-            edges: records(edges, layout.edges),
-            curves: records(curves, layout.curves),
-            robot_types: records(robot_types, layout.robot_types),
-            texts: records(texts, layout.text_bytes),
-            zones: records(zones, layout.zones),
-            zone_members: records(zone_members, layout.zone_members),
-            other_names: records(other_names, layout.other_names),
-            doors: records(doors, layout.doors),
-            lifts: records(lifts, layout.lifts),
-            lift_levels: records(lift_levels, layout.lift_levels),
-            facility_members: records(facility_members, layout.facility_members),
+            nodes: take(&mut rest, header.nodes)?,
+            edges: take(&mut rest, header.edges)?,
+            curves: take(&mut rest, header.curves)?,
+            robot_types: take(&mut rest, header.robot_types)?,
+            texts: take(&mut rest, header.text_bytes)?,
+            zones: take(&mut rest, header.zones)?,
+            zone_members: take(&mut rest, header.zone_members)?,
+            other_names: take(&mut rest, header.other_names)?,
+            doors: take(&mut rest, header.doors)?,
+            lifts: take(&mut rest, header.lifts)?,
+            lift_levels: take(&mut rest, header.lift_levels)?,
+            facility_members: take(&mut rest, header.facility_members)?,
+            stations: take(&mut rest, header.stations)?,
+            station_nodes: take(&mut rest, header.station_nodes)?,
+            background_lines: take(&mut rest, header.background_lines)?,
+            background_points: take(&mut rest, header.background_points)?,
         })
     }
 
@@ -268,6 +156,28 @@ impl<'sample> World<'sample> {
         slice(self.facility_members, lift.first_ride, lift.rides)
     }
 
+    /// The stations.
+    pub fn stations(&self) -> &'sample [StationRecord] {
+        self.stations
+    }
+
+    /// The nodes of a station of this world, by their indices; empty if the record refers to nodes
+    /// that the world doesn't have.
+    pub fn station_nodes(&self, station: &StationRecord) -> &'sample [u32] {
+        slice(self.station_nodes, station.first_node, station.nodes)
+    }
+
+    /// The lines of the background.
+    pub fn background_lines(&self) -> &'sample [BackgroundLineRecord] {
+        self.background_lines
+    }
+
+    /// The points of a line of the background: metres east and north of the world's origin. Empty
+    /// if the record refers to points that the world doesn't have.
+    pub fn background_points(&self, line: &BackgroundLineRecord) -> &'sample [[f32; 2]] {
+        slice(self.background_points, line.first_point, line.points)
+    }
+
     /// The text that a record refers to by its offset: the name, level or zone of a node or an
     /// edge. Empty for the offset 0 and for an offset at which there is no text.
     pub fn text(&self, offset: u32) -> &'sample str {
@@ -281,16 +191,20 @@ fn slice<T>(list: &[T], first: u32, count: u32) -> &[T] {
     end.and_then(|end| list.get(first as usize..end)).unwrap_or_default()
 }
 
-/// Returns the first `count` records of a section, which has the lines for them.
-fn records<T: Pod>(section: &[Line], count: usize) -> &[T] {
+/// Takes the next section, of `count` records, from a block of lines. Returns `None` if it has
+/// fewer lines.
+fn take<'sample, T: Pod>(rest: &mut &'sample [Line], count: u32) -> Option<&'sample [T]> {
+    let bytes = (count as usize).checked_mul(size_of::<T>())?;
+    let (section, after) = rest.split_at_checked(bytes.div_ceil(BYTES_PER_LINE))?;
+    *rest = after;
     // The records need not fill the last line.
-    bytemuck::cast_slice(&bytemuck::cast_slice::<_, u8>(section)[..count * size_of::<T>()])
+    Some(bytemuck::cast_slice(&bytemuck::cast_slice::<_, u8>(section)[..bytes]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::records::world::{Texts, ZoneRule};
+    use crate::records::world::{MAX_BACKGROUND_POINTS, Role, Texts, WorldData, ZoneRule};
 
     /// A world of five nodes, three edges with one, two and three curves, and a robot type.
     fn world() -> WorldData {
@@ -314,13 +228,17 @@ mod tests {
         world
     }
 
+    /// Returns a world as a sample has it.
+    fn written(data: &WorldData) -> (WorldHeader, Vec<Line>) {
+        let mut lines = vec![Line::default(); data.lines()];
+        data.write(&mut lines);
+        (data.header(7, 1), lines)
+    }
+
     #[test]
     fn a_world_is_cut_where_it_was_joined() {
         let data = world();
-        let layout = data.layout();
-        let mut lines = vec![Line::default(); layout.lines()];
-        layout.write(&mut lines, &data);
-        let header = layout.header(data.origin, 7, 1);
+        let (header, lines) = written(&data);
         let world = World::split(&header, &lines).expect("enough lines");
         assert_eq!((world.nodes(), world.edges()), (&data.nodes[..], &data.edges[..]));
         assert_eq!((world.all_curves(), world.origin()), (&data.curves[..], [3.5e6, -5.25e6]));
@@ -341,10 +259,8 @@ mod tests {
         let name = data.texts.add("block");
         data.add_zone(ZoneRecord { name, capacity: 1, ..ZoneRecord::default() }, [1, 4], [2]);
         data.add_zone(ZoneRecord { rule: 1, ..ZoneRecord::default() }, [], [0, 1]);
-        let layout = data.layout();
-        let mut lines = vec![Line::default(); layout.lines()];
-        layout.write(&mut lines, &data);
-        let world = World::split(&layout.header([0.0; 2], 7, 1), &lines).expect("enough lines");
+        let (header, lines) = written(&data);
+        let world = World::split(&header, &lines).expect("enough lines");
         let [block, lane] = world.zones() else { panic!("{:?}", world.zones()) };
         assert_eq!((world.text(block.name), block.rule()), ("block", Some(ZoneRule::Capacity)));
         assert_eq!((world.zone_nodes(block), world.zone_edges(block)), (&[1, 4][..], &[2][..]));
@@ -361,10 +277,8 @@ mod tests {
         data.add_door(DoorRecord { name: door, ..DoorRecord::default() }, [1, 2]);
         let record = LiftRecord { name: lift, capacity: 2, ..LiftRecord::default() };
         data.add_lift(record, [(levels[0], vec![0, 1]), (levels[1], vec![4])], [0]);
-        let layout = data.layout();
-        let mut lines = vec![Line::default(); layout.lines()];
-        layout.write(&mut lines, &data);
-        let world = World::split(&layout.header([0.0; 2], 7, 1), &lines).expect("enough lines");
+        let (header, lines) = written(&data);
+        let world = World::split(&header, &lines).expect("enough lines");
         let ([door], [lift]) = (world.doors(), world.lifts()) else { panic!("one of each") };
         assert_eq!((world.text(door.name), world.door_edges(door)), ("gate", &[1, 2][..]));
         assert_eq!((world.text(lift.name), world.lift_rides(lift)), ("north", &[0][..]));
@@ -381,12 +295,47 @@ mod tests {
         let mut data = world();
         let name = data.texts.add("Storage 01");
         data.other_names.push(OtherNameRecord { name, node: 3 });
-        let layout = data.layout();
-        let mut lines = vec![Line::default(); layout.lines()];
-        layout.write(&mut lines, &data);
-        let world = World::split(&layout.header([0.0; 2], 7, 1), &lines).expect("enough lines");
+        let (header, lines) = written(&data);
+        let world = World::split(&header, &lines).expect("enough lines");
         let [other] = world.other_names() else { panic!("{:?}", world.other_names()) };
         assert_eq!((world.text(other.name), other.node), ("Storage 01", 3));
+    }
+
+    #[test]
+    fn stations_have_nodes_and_lines_of_the_background_points() {
+        let mut data = world();
+        let [name, level] = ["Storage 01", "1st floor"].map(|text| data.texts.add(text));
+        let role = Role::Transfer as u32;
+        let station = StationRecord { name, level, x: 2.0, role, ..StationRecord::default() };
+        data.add_station(StationRecord::default(), [0]);
+        data.add_station(station, [3, 4]);
+        assert!(data.add_background_line(level, [[0.0, 0.0], [9.0, 0.0], [9.0, 3.0]]));
+        assert!(data.add_background_line(0, [[5.0, 5.0]]), "a point alone is no line");
+        assert!(data.add_background_line(0, [[0.0, 1.0], [0.0, 2.0]]));
+        let (header, lines) = written(&data);
+        let world = World::split(&header, &lines).expect("enough lines");
+        let [_, storage] = world.stations() else { panic!("{:?}", world.stations()) };
+        assert_eq!((world.text(storage.name), storage.role()), ("Storage 01", Role::Transfer));
+        assert_eq!(world.station_nodes(storage), [3, 4]);
+        let lines = world.background_lines().iter().map(|line| world.background_points(line));
+        let expected: [&[[f32; 2]]; 2] =
+            [&[[0.0, 0.0], [9.0, 0.0], [9.0, 3.0]], &[[0.0, 1.0], [0.0, 2.0]]];
+        assert_eq!(lines.collect::<Vec<_>>(), expected);
+        let wrong = StationRecord { first_node: 2, nodes: 2, ..StationRecord::default() };
+        assert!(world.station_nodes(&wrong).is_empty());
+        let wrong = BackgroundLineRecord { first_point: u32::MAX, points: 9, level: 0 };
+        assert!(world.background_points(&wrong).is_empty());
+    }
+
+    #[test]
+    fn the_background_is_bounded() {
+        let mut data = WorldData::default();
+        let line = |points: usize| (0..points).map(|index| [index as f32, 0.0]);
+        assert!(data.add_background_line(0, line(MAX_BACKGROUND_POINTS - 2)));
+        assert!(!data.add_background_line(0, line(3)), "no room");
+        assert!(data.add_background_line(0, line(2)), "as many as there is room for");
+        assert_eq!(data.background_points.len(), MAX_BACKGROUND_POINTS);
+        assert_eq!(data.background_lines.len(), 2);
     }
 
     #[test]

@@ -183,7 +183,7 @@ fn what_is_lost_is_listed() {
     };
     let empty = Station { name: "T".to_owned(), ..Station::default() };
     let graph = RouteGraph::from_valid_parts(nodes, vec![edge])
-        .with_surroundings(vec![station, empty], vec![vec![DVec2::ZERO, DVec2::X]]);
+        .with_surroundings(vec![station, empty], vec![vec![DVec2::ZERO, DVec2::X].into()]);
     let written =
         write_with(&graph, &Header { timestamp: "2024-05-06T07:08:09.00Z", ..Header::default() });
     assert_valid(&written.text);

@@ -35,9 +35,12 @@ pub(super) fn add(
     report: &mut Report<'_>,
 ) -> BTreeMap<String, DoorPlan> {
     let tree = points.tree;
-    let walls = tree.items_of("walls").iter().chain(tree.items_of("doors"));
+    add_doors(points, level, report);
+    let walls = tree.items_of("walls").iter();
+    let doors = tree.items_of("doors").iter().filter(|door| !is_on_lane(door, level));
     let floors = tree.items_of("floors");
     let lines: Vec<Option<Vec<DVec2>>> = walls
+        .chain(doors)
         .map(|wall| line(wall.items().get(..2)?.iter(), level))
         .chain(floors.iter().map(|floor| outline(floor, level)))
         .collect();
@@ -53,9 +56,14 @@ pub(super) fn add(
     }
     level.lines =
         lines.into_iter().filter(|line| line.iter().all(|point| point.is_finite())).collect();
-    add_doors(points, level, report);
     let doors = tree.items_of("doors").iter();
     doors.filter_map(|door| door_plan(door, level)).collect()
+}
+
+/// Whether a lane leads through a door: one that opens, unlike those of the background.
+fn is_on_lane(door: &Tree<'_>, level: &Level) -> bool {
+    let name = door.items().get(2).and_then(|map| map.get("name")).and_then(plain);
+    name.is_some_and(|name| level.lanes.iter().any(|lane| lane.passes(&name)))
 }
 
 /// Returns a door with its place in metres, and with the times that Open-RMF simulates.
