@@ -28,7 +28,7 @@
 //! ```
 //!
 //! A generator may also be a file of orders ([`timetable`](super::timetable)). The key `stations` has
-//! operators, opening times and buffers ([`stations`](super::stations)).
+//! operators, opening times, buffers and queues ([`stations`]).
 //!
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
 //! have further keys beside `load`: it may be a scenario.
