@@ -17,7 +17,7 @@ pub const ORDER_PARTS: [&str; 7] = [
     "waiting in traffic",
     "waiting at a station",
     "handling",
-    "robot out of service",
+    "out of service",
 ];
 /// The part of a robot's time in which it charges, or drives to a charger.
 pub const CHARGING: &str = "charging";

@@ -81,3 +81,16 @@ fn table(heading: &str, groups: &[GroupTime]) -> Block {
     }
     Block::Table(rows)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn each_part_has_a_colour_of_its_own() {
+        let colours: BTreeSet<usize> = ORDER_PARTS.into_iter().map(colour).collect();
+        assert_eq!(colours.len(), ORDER_PARTS.len());
+    }
+}
