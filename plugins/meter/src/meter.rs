@@ -246,8 +246,8 @@ fn stands(state: u8, speed: f32) -> bool {
     state == RobotState::Waiting as u8 || (state == RobotState::Idle as u8 && speed == 0.0)
 }
 
-/// The hindrance of a robot; `waits` tells whether it waits for room. `published` is its activity as
-/// its manager tells it.
+/// The hindrance of a robot; `waits` tells whether it waits for room. `published` is its activity
+/// as its manager tells it.
 fn hindrance(waits: bool, state: u8, published: Option<Activity>) -> Hindrance {
     let own = Activity::of_state(RobotState::from_number(state));
     match own {

@@ -88,8 +88,8 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     }
     let robots = robots_in_words(point.robots);
     Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: more came than \
-         the robots carried until then."
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: more came \
+         than the robots carried until then."
     ))
 }
 

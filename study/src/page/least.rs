@@ -75,8 +75,8 @@ fn met(targets: &[TargetAnswer]) -> String {
     texts.collect::<Vec<_>>().join("; ")
 }
 
-/// The targets that a number of robots misses, and the reason. `are_more_worse` tells whether larger
-/// numbers were tried, which come less close.
+/// The targets that a number of robots misses, and the reason. `are_more_worse` tells whether
+/// larger numbers were tried, which come less close.
 fn missed(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> String {
     // An endless load has open orders, and robots with an order, in any case.
     let open = binding.open_orders.filter(|_| !is_load_endless).map_or(0.0, |open| open.mean);

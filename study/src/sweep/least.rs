@@ -172,8 +172,8 @@ fn judged(targets: &[Target], mut curve: Curve) -> Curve {
 }
 
 /// Returns the index of the point that comes closest to the targets: one that may meet all of them
-/// before one that misses some, and then that with the best margin of the target which it misses the
-/// most. Runs without an end or progress come last.
+/// before one that misses some, and then that with the best margin of the target which it misses
+/// the most. Runs without an end or progress come last.
 fn closest(targets: &[Target], curve: &Curve) -> Option<usize> {
     let scores = curve.points.iter().map(|point| score(targets, point));
     let best = scores.enumerate().max_by(|(_, a), (_, b)| {
@@ -185,8 +185,8 @@ fn closest(targets: &[Target], curve: &Curve) -> Option<usize> {
     best.map(|(index, _)| index)
 }
 
-/// Returns whether a point may meet all targets, as 1 or 0, its worst margin, and its throughput for
-/// points without one.
+/// Returns whether a point may meet all targets, as 1 or 0, its worst margin, and its throughput
+/// for points without one.
 fn score(targets: &[Target], point: &Point) -> [f64; 3] {
     let intervals = targets.iter().map(|target| (target, interval(target, point)));
     let margins = intervals.map(|(target, interval)| {

@@ -206,8 +206,8 @@ impl NodeLinter<'_, '_, '_> {
     /// Reports one warning for all nodes where robots would have to turn, but an edge forbids it.
     fn warn_of_forbidden_turns(&mut self) {
         let nodes = forbidden_turns(self.graph);
-        let message = "the rotation `none` of an edge forbids turns here, and so robots drive on at \
-                       full speed while their heading jumps: allow turns, or make the edges meet \
+        let message = "the rotation `none` of an edge forbids turns here, and so robots drive on \
+                       at full speed while their heading jumps: allow turns, or make the edges meet \
                        smoothly";
         self.warn_once(&nodes, message);
     }
@@ -364,7 +364,8 @@ fn jumps(graph: &RouteGraph) -> Vec<(NodeIndex, Jump, usize)> {
     found
 }
 
-/// Returns the nodes where the heading jumps from a leg to a next one, and one of them forbids turns.
+/// Returns the nodes where the heading jumps from a leg to a next one, and one of them forbids
+/// turns.
 fn forbidden_turns(graph: &RouteGraph) -> Vec<NodeIndex> {
     let ends = graph.edges().iter().flat_map(|edge| {
         let Ends { origin, destination } = edge.rotation;

@@ -27,8 +27,8 @@
 //!       to: north
 //! ```
 //!
-//! A generator may also be a file of orders ([`timetable`](super::timetable)). The key `stations` has
-//! operators, opening times, buffers and queues ([`stations`]).
+//! A generator may also be a file of orders ([`timetable`](super::timetable)). The key `stations`
+//! has operators, opening times, buffers and queues ([`stations`]).
 //!
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
 //! have further keys beside `load`: it may be a scenario.

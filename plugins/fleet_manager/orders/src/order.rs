@@ -300,7 +300,8 @@ pub enum Change {
     Assigned { robot: u32 },
     /// It was taken from a robot, and waits again.
     Withdrawn { robot: u32 },
-    /// Its robot waits in the queue before a stop: at a place of it, or elsewhere until one is free.
+    /// Its robot waits in the queue before a stop: at a place of it, or elsewhere until one is
+    /// free.
     Queued { robot: u32, stop: u32 },
     /// Its robot came to a stop, where it waits for so long until it is served.
     Arrived {

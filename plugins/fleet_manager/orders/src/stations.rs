@@ -14,8 +14,8 @@
 //! ```
 //!
 //! Robots are served in the order of their arrival. A service begins as soon as an operator is
-//! free, the buffer has a place for a load to drop, and the station is open. Its end is known at its
-//! begin: it takes the dwell time of the stop.
+//! free, the buffer has a place for a load to drop, and the station is open. Its end is known at
+//! its begin: it takes the dwell time of the stop.
 
 use std::collections::{BTreeMap, VecDeque};
 

@@ -211,7 +211,7 @@ mod tests {
 
     /// A loop: picks at node 0, and drops at node 4 behind two places to wait at.
     const LOAD: &str = "load: {stations: [{at: 4, queue: [3, 2]}], \
-                        generators: [{endless: robots, from: 0, to: 4, dwell: {pick: 2, drop: 90}}]}";
+                        endless: robots, from: 0, to: 4, dwell: {pick: 2, drop: 90}}";
 
     fn loop_of_eight() -> regatta_plugin::world::WorldData {
         let points = [
