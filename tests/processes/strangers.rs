@@ -38,7 +38,7 @@ impl Place {
         let mut copy = Command::new("cp");
         copy.arg(env!("CARGO_BIN_EXE_regatta")).arg(place.program());
         assert!(copy.status().expect("it starts").success());
-        // iceoryx2 sets the umask of the whole process while it makes a socket, in other tests, too.
+        // iceoryx2 sets the umask of the process, which other tests share, while it makes a socket.
         let for_all = fs::Permissions::from_mode(0o755);
         fs::set_permissions(place.program(), for_all.clone()).expect("set");
         for user in [OWNER, STRANGER] {

@@ -157,7 +157,7 @@ pub struct RobotWork {
     pub is_queued: bool,
 }
 
-/// What keeps a robot from going on.
+/// The reason for which a robot doesn't go on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hindrance {
     /// Nothing.

@@ -18,7 +18,7 @@ const BESIDE: f32 = 0.05;
 pub struct Station<'a> {
     /// Its name; the role and the id of a node without a name.
     pub name: String,
-    /// What robots do there.
+    /// The work of robots there.
     pub role: Role,
     /// Metres east and north of the world's origin.
     pub place: Vec2,

@@ -207,8 +207,8 @@ impl NodeLinter<'_, '_, '_> {
     fn warn_of_forbidden_turns(&mut self) {
         let nodes = forbidden_turns(self.graph);
         let message = "the rotation `none` of an edge forbids turns here, and so robots drive on \
-                       at full speed while their heading jumps: allow turns, or make the edges meet \
-                       smoothly";
+                       at full speed while their heading jumps: allow turns, or make the edges \
+                       meet smoothly";
         self.warn_once(&nodes, message);
     }
 

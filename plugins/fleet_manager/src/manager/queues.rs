@@ -83,10 +83,14 @@ fn is_on_two_way(roads: &Roads, node: u32) -> bool {
 }
 
 impl Queue {
-    /// The slot of a robot of the queue. Beyond the places, robots come to the last one on a road
-    /// that is driven one way, and wait before it.
+    /// The slot of a robot of the queue.
     fn slot_of(&self, robot: u32) -> Slot {
-        let index = self.robots.iter().position(|other| *other == robot).unwrap_or_default();
+        self.slot(self.robots.iter().position(|other| *other == robot).unwrap_or_default())
+    }
+
+    /// The slot of the robot at an index of the queue. Beyond the places, robots come to the last
+    /// one on a road that is driven one way, and wait before it.
+    fn slot(&self, index: usize) -> Slot {
         let Some(before) = index.checked_sub(1) else { return Slot::Station };
         match (self.places.get(before), self.places.last()) {
             (Some(node), _) => Slot::Place(*node),
@@ -145,10 +149,10 @@ impl Manager {
     pub(super) fn move_up(&mut self) {
         for index in 0..self.queues.queues.len() {
             self.let_nearest_through(index);
-            let Queue { station, robots, .. } = &self.queues.queues[index];
-            let (station, robots) = (*station, robots.clone());
-            for robot in robots {
-                let slot = self.queues.queues[index].slot_of(robot);
+            for place in 0..self.queues.queues[index].robots.len() {
+                let queue = &self.queues.queues[index];
+                let (station, robot, slot) =
+                    (queue.station, queue.robots[place], queue.slot(place));
                 let is_there = match self.progress[robot as usize] {
                     Progress::Queueing { place, .. } => {
                         slot == place.map_or(Slot::Later, Slot::Place)
@@ -166,21 +170,19 @@ impl Manager {
     /// Lets a robot that waits at its place change with the one before it that is still on its way,
     /// and not nearer to the station.
     fn let_nearest_through(&mut self, index: usize) {
-        let Queue { station, robots, .. } = &self.queues.queues[index];
-        let (station, mut robots) = (*station, robots.clone());
-        for behind in 1..robots.len() {
-            let pair = [robots[behind - 1], robots[behind]];
+        for behind in 1..self.queues.queues[index].robots.len() {
+            let Queue { station, robots, .. } = &self.queues.queues[index];
+            let (station, pair) = (*station, [robots[behind - 1], robots[behind]]);
             let [is_ahead_waiting, waits] = pair.map(|robot| self.waits_in_queue(robot));
             let is_at_stop = matches!(self.progress[pair[0] as usize], Progress::AtStop(_));
             if waits && !is_ahead_waiting && !is_at_stop {
                 let [ahead_secs, secs] = pair.map(|robot| self.secs_to(robot, station));
                 // The base of one that stands behind the other ends at the same node.
                 if ahead_secs >= secs {
-                    robots.swap(behind - 1, behind);
+                    self.queues.queues[index].robots.swap(behind - 1, behind);
                 }
             }
         }
-        self.queues.queues[index].robots = robots;
     }
 
     /// Whether a robot stands at a place of a queue.
