@@ -52,7 +52,7 @@ struct Check {
     problems: Vec<(usize, String)>,
     /// Orders by the hour of their creation; hours without one aren't there.
     hours: BTreeMap<u64, u64>,
-    /// Orders by their first and last stations.
+    /// Orders by two stops that follow each other.
     flows: BTreeMap<[String; 2], u64>,
     /// The time without an order that is the longest between two orders: its begin and its end.
     gap: Option<[f64; 2]>,
@@ -68,7 +68,9 @@ impl Check {
             problems.extend(problems_of(order, places));
             problems.extend(stops_without_way(order, places, cut_off));
             *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
-            *flows.entry(ends(order, places, &mut names)).or_default() += 1;
+            for [from, to] in stops(order, places, &mut names).array_windows() {
+                *flows.entry([from.clone(), to.clone()]).or_default() += 1;
+            }
             times.push(order.secs);
         }
         problems.sort_by_key(|(line, _)| *line);
@@ -249,15 +251,16 @@ fn stops_without_way(
     found
 }
 
-/// The first and the last station of an order. A node that the file calls by its name and by its
-/// id has the one that came first: `names` has it by node.
-fn ends(order: &TimedDraft, places: &Places, names: &mut BTreeMap<u32, String>) -> [String; 2] {
-    let stops = &order.draft.destinations;
-    [stops.first(), stops.last()].map(|stop| {
-        let name = stop.map(|stop| stop.location_name.to_string()).unwrap_or_default();
-        match places.find(&name) {
+/// The stops of an order. A node that the file calls by its name and by its id has the one that
+/// came first: `names` has it by node.
+fn stops(order: &TimedDraft, places: &Places, names: &mut BTreeMap<u32, String>) -> Vec<String> {
+    let mut stops = Vec::new();
+    for stop in &order.draft.destinations {
+        let name = stop.location_name.to_string();
+        stops.push(match places.find(&name) {
             Some(node) => names.entry(node).or_insert(name).clone(),
             None => name,
-        }
-    })
+        });
+    }
+    stops
 }
