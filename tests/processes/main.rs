@@ -37,6 +37,7 @@ mod study_master;
 mod study_targets;
 mod study_theory;
 mod terminal;
+mod texts;
 mod top;
 mod traffic;
 mod trust;
