@@ -11,6 +11,7 @@ use glam::Vec2;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, RobotState};
+use regatta_scene::names::edge_name;
 use regatta_scene::palette::Theme;
 
 use super::context::{PanelContext, Request};
@@ -272,7 +273,7 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
 struct Row {
     id: u32,
     /// The id of the edge.
-    edge: Option<u32>,
+    edge: Option<String>,
     level: Option<ContactLevel>,
     offset: Vec2,
     /// `None` if the robot is absent.
@@ -287,10 +288,11 @@ impl Row {
         id: u32,
         levels: &BTreeMap<u32, ContactLevel>,
     ) -> Self {
-        let edges = context.model.world.edges();
+        let world = &context.model.world;
+        let edge = world.edges().get(frame.edge()[id as usize] as usize);
         Self {
             id,
-            edge: edges.get(frame.edge()[id as usize] as usize).map(|edge| edge.id),
+            edge: edge.map(|edge| edge_name(world, edge)),
             level: levels.get(&id).copied(),
             offset: context.offset,
             activity: context.model.activity(id),
@@ -368,7 +370,7 @@ fn cell(
         }
         Some(SortBy::Speed) => format!("{:.2}", frame.speed()[id]),
         Some(SortBy::Activity) => row.activity.map_or("", Activity::name).to_owned(),
-        Some(SortBy::Edge) => row.edge.map_or("–".to_owned(), |edge| edge.to_string()),
+        Some(SortBy::Edge) => row.edge.clone().unwrap_or_else(|| "–".to_owned()),
         None => match row.level {
             Some(ContactLevel::Touching) => return ("touching".to_owned(), colours.bad),
             Some(ContactLevel::Possible) => return ("possible".to_owned(), colours.warn),

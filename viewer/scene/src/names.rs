@@ -6,6 +6,7 @@ use std::collections::HashMap;
 
 use glam::{IVec2, Vec2};
 use regatta_plugin::World;
+use regatta_plugin::world::{EdgeRecord, NodeRecord};
 
 use super::facilities::named;
 use super::stations::stations;
@@ -31,6 +32,20 @@ pub struct Name {
     pub place: Vec2,
     /// The scale from which there is room for the name, in heights of the font per metre.
     pub scale: f32,
+}
+
+/// Returns the name of an edge, or else its id, as everything that tells of it does.
+pub fn edge_name(world: &World<'_>, edge: &EdgeRecord) -> String {
+    name_or_id(world.text(edge.name), edge.id)
+}
+
+/// Returns the name of a node, or else its id, as everything that tells of it does.
+pub fn node_name(world: &World<'_>, node: &NodeRecord) -> String {
+    name_or_id(world.text(node.name), node.id)
+}
+
+fn name_or_id(name: &str, id: u32) -> String {
+    if name.is_empty() { id.to_string() } else { name.to_owned() }
 }
 
 /// Returns the names of the doors, lifts and stations of a level (`None` for all levels), in
