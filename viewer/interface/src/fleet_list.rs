@@ -50,8 +50,8 @@ const WIDE: &[Column] = &[
 ];
 
 /// The explanation of the search.
-const SEARCH: &str = "The id or the activity of a robot; and with Enter n12 for a node, e12 for an \
-                      edge, o12 for an order, or the name of a station, a node or an edge";
+const SEARCH: &str = "Id or activity of a robot. With Enter, also n12 for a node, e12 for an edge, \
+                      o12 for an order, and the name of a station, a node or an edge";
 /// The opacity of the row of a robot that doesn't match the filter.
 const DIMMED: f32 = 0.35;
 

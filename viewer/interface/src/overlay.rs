@@ -281,7 +281,7 @@ fn veil(context: &PanelContext<'_>, ctx: &egui::Context, visible: Rect, placemen
         let time = clock_text(frame.sim_time().as_secs_f64());
         format!("this is its last picture, at {time}")
     });
-    let text = format!("{last}; a new one is shown as soon as it runs");
+    let text = format!("{last}; the next engine is shown as soon as it runs");
     float(ctx, placement, theme, "ended", Align2::CENTER_TOP, |ui| {
         ui.set_max_width(ui.available_width().min(WIDEST_MESSAGE));
         ui.label(RichText::new(what).strong().color(colours.bad));

@@ -75,7 +75,7 @@ impl SpotsPanel {
             }
         });
         if spots.is_empty() {
-            ui.label(style::faint(ui, "nobody has lost time"));
+            ui.label(style::faint(ui, "no robot has lost time"));
             return;
         }
         header(ui, &colours);

@@ -177,7 +177,7 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
         trend: Trend::Growing,
     };
     press(&mut harness, Key::Num7);
-    harness.get_by_label("nobody has lost time");
+    harness.get_by_label("no robot has lost time");
     harness.get_by_label("since the start of the run");
     harness.state_mut().jams.known =
         Known { from_secs: 754.0, until_secs: 800.0, is_published: false };

@@ -125,7 +125,7 @@ fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed()
     settle(&mut harness);
     harness.get_by_label("The engine has ended");
     harness.get_by_label(
-        "this is its last picture, at 01:23.46; a new one is shown as soon as it runs",
+        "this is its last picture, at 01:23.46; the next engine is shown as soon as it runs",
     );
 }
 
