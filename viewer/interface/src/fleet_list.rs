@@ -57,6 +57,8 @@ const DIMMED: f32 = 0.35;
 
 /// The least width of a wide list, in points.
 const WIDE_POINTS: f32 = 440.0;
+/// The width of a letter of equal widths, in heights of the font.
+const LETTER: f32 = 0.6;
 /// The space to the left of a column, in points.
 const GAP: f32 = 6.0;
 /// The size of the letters of a narrow and of a wide list, in points.
@@ -273,7 +275,8 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
 struct Row {
     id: u32,
     /// The id of the edge.
-    edge: Option<String>,
+    /// The name of its edge, and the id, for where the name has no room.
+    edge: Option<(String, u32)>,
     level: Option<ContactLevel>,
     offset: Vec2,
     /// `None` if the robot is absent.
@@ -292,11 +295,22 @@ impl Row {
         let edge = world.edges().get(frame.edge()[id as usize] as usize);
         Self {
             id,
-            edge: edge.map(|edge| edge_name(world, edge)),
+            edge: edge.map(|edge| (edge_name(world, edge), edge.id)),
             level: levels.get(&id).copied(),
             offset: context.offset,
             activity: context.model.activity(id),
             theme: context.theme,
+        }
+    }
+}
+
+impl Row {
+    /// The edge by its name, or by its id (`e12`) if the name has more than so many letters.
+    fn edge_text(&self, letters: f32) -> String {
+        match &self.edge {
+            Some((name, _)) if name.chars().count() as f32 <= letters => name.clone(),
+            Some((_, id)) => format!("e{id}"),
+            None => "–".to_owned(),
         }
     }
 }
@@ -337,6 +351,9 @@ fn cells(
         let (text, colour) = match (state, sort) {
             (RobotState::Absent, None) => (state.name().to_owned(), colours.faint),
             (RobotState::Absent, Some(sort)) if *sort != SortBy::Id => continue,
+            (_, Some(SortBy::Edge)) => {
+                (row.edge_text((right - left - GAP) / (LETTER * size)), colours.text)
+            }
             (_, sort) => cell(frame, row, *sort, colours),
         };
         let is_word = is_last || *sort == Some(SortBy::Activity);
@@ -370,7 +387,7 @@ fn cell(
         }
         Some(SortBy::Speed) => format!("{:.2}", frame.speed()[id]),
         Some(SortBy::Activity) => row.activity.map_or("", Activity::name).to_owned(),
-        Some(SortBy::Edge) => row.edge.clone().unwrap_or_else(|| "–".to_owned()),
+        Some(SortBy::Edge) => row.edge_text(f32::INFINITY),
         None => match row.level {
             Some(ContactLevel::Touching) => return ("touching".to_owned(), colours.bad),
             Some(ContactLevel::Possible) => return ("possible".to_owned(), colours.warn),
