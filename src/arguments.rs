@@ -47,7 +47,8 @@ where
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Layout")]
 pub struct LayoutArgs {
-    /// Length of the Bézier handle at an edge's origin, in place of the file's setting
+    /// Parameter that is the handle of a spline at its origin, ParamB or ParamF, in place of the
+    /// file's setting
     #[arg(long)]
     #[arg(value_parser = one_of::<Handles>(Handles::ALL.iter().map(|handles| handles.name())))]
     pub handles: Option<Handles>,

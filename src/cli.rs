@@ -40,7 +40,7 @@ pub enum Command {
     /// Run a scenario: the engine, its plugins and the viewer (without a scenario, a built-in
     /// demo).
     Run(Box<run::RunArgs>),
-    /// Steer vehicles of VDA 5050 that others have on an MQTT broker, by the fleet manager.
+    /// Steer the VDA 5050 vehicles of an MQTT broker with the fleet manager.
     Master(Box<run::master::MasterArgs>),
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
@@ -132,7 +132,7 @@ pub enum Command {
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over
     /// time.
     Plot(regatta_record::PlotArgs),
-    /// Validate a recording: contacts, motion, orders. Fails if there are findings.
+    /// Validate a recording: contacts, motion, orders; fail if there are findings.
     Validate(recording::ValidateArgs),
     /// Judge the traffic of VDA 5050 masters and vehicles.
     #[command(arg_required_else_help = false)]

@@ -89,7 +89,7 @@ pub enum RobotCommand {
         #[command(flatten)]
         target: Target,
     },
-    /// Ask the fleet manager to send a robot to a node. A robot with a load finishes its order first.
+    /// Ask the fleet manager to send a robot to a node; one with a load finishes its order first.
     Send {
         #[command(flatten)]
         robot: Robot,

@@ -106,7 +106,7 @@ pub struct FileArgs {
 /// A generator of route graphs, with its parameters.
 #[derive(Debug, Subcommand)]
 pub enum Generator {
-    /// A warehouse: pick aisles between racks, cross aisles and a ring road
+    /// Generate a warehouse: pick aisles between racks, cross aisles and a ring road
     Warehouse {
         /// Number of pick aisles side by side
         #[arg(long, default_value_t = 12)]
@@ -123,7 +123,7 @@ pub enum Generator {
         #[command(flatten)]
         output: Output,
     },
-    /// A grid of streets that all cross each other
+    /// Generate a grid of streets that all cross each other
     Grid {
         /// Number of streets to the north
         #[arg(long, default_value_t = 5)]

@@ -35,11 +35,11 @@ pub enum OrdersCommand {
         #[command(flatten)]
         manager: Manager,
     },
-    /// Withdraw an order.
+    /// Cancel an order.
     Cancel {
         /// Name of the order.
         name: String,
-        /// Withdraw it even if its robot has handled a stop; the load stays on the robot.
+        /// Cancel it even if its robot has handled a stop; the load stays on the robot.
         #[arg(long)]
         immediate: bool,
         #[command(flatten)]

@@ -54,8 +54,8 @@ pub fn require(
         }
     }
     Err(format!(
-        "{name}: it wants to start {}, and nobody trusted its folder yet: read it; then --trust \
-         starts it, or a terminal asks once",
+        "{name}: it wants to start {}, and its folder is not trusted yet: read the file, then \
+         start it with --trust, or confirm it in a terminal",
         in_words(wishes)
     )
     .into())
@@ -144,6 +144,6 @@ mod tests {
         let wishes = ["false".to_owned()];
         assert!(require("a.yaml", None, &wishes, TrustArgs { trust: true }).is_ok());
         let error = require("a.yaml", None, &wishes, untrusted).expect_err("untrusted");
-        assert!(error.to_string().starts_with("a.yaml: it wants to start 'false', and nobody"));
+        assert!(error.to_string().starts_with("a.yaml: it wants to start 'false', and its"));
     }
 }

@@ -28,8 +28,8 @@ pub enum Vda5050Command {
     /// List the breaches of the standard by master and vehicles, on a broker or in a recording;
     /// exit code 0 if there are no errors
     Check(Box<CheckArgs>),
-    /// Publish the vehicles that others have on a broker as a fleet, for a fleet manager to steer
-    /// and for all readers; regatta master starts both
+    /// Publish the vehicles of a broker as a fleet, which a fleet manager can steer and all readers
+    /// can read; regatta master starts both
     Vehicles(Box<VehiclesArgs>),
 }
 

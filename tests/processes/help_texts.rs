@@ -1,8 +1,7 @@
 //! All texts of `--help`, in one file to read, and the rules that they follow.
 
-use std::path::Path;
-
 use crate::fleet::regatta;
+use crate::texts;
 
 /// The largest width of a line, as clap wraps texts.
 const WIDTH: usize = 100;
@@ -56,7 +55,7 @@ fn descriptions(text: &str) -> Vec<String> {
     found
 }
 
-/// Writes the texts to `help.txt` in the folder for files of tests, for a person to read.
+/// Writes the texts into the file of all texts, for a person to read.
 #[test]
 fn help_is_written_in_one_style() {
     let pages = pages(&[]);
@@ -75,6 +74,5 @@ fn help_is_written_in_one_style() {
         }
         all += &format!("=== regatta {}\n{text}\n", command.join(" "));
     }
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("help.txt");
-    std::fs::write(file, all).expect("written");
+    println!("{}", texts::write("Help", &all));
 }

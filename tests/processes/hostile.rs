@@ -232,7 +232,7 @@ fn a_scenario_starts_nothing_until_its_folder_is_trusted() {
         let output = run(&path, config.path(), &[]);
         let message = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{message}");
-        let is_told = message.contains(wish) && message.contains("--trust starts it");
+        let is_told = message.contains(wish) && message.contains("start it with --trust");
         assert!(is_told && message.lines().count() == 1, "{message}");
         assert!(!marker.exists());
         run(&path, config.path(), &["--trust"]);

@@ -39,6 +39,7 @@ mod study_stations;
 mod study_targets;
 mod study_theory;
 mod terminal;
+mod texts;
 mod top;
 mod traffic;
 mod trust;

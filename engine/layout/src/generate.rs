@@ -3,6 +3,7 @@
 //! The same arguments give the same bytes. Robots can drive on a generated graph without end: every
 //! edge can be reached from every other, and headings are continuous. Traffic keeps to the right.
 
+mod racks;
 mod street_layout;
 mod write;
 
@@ -15,7 +16,7 @@ pub const MAX_EDGES: u64 = 250_000;
 const MAX_EXTENT: i64 = 8_000_000;
 
 /// A warehouse: pick aisles between racks, one-way in alternating directions, with two-way cross
-/// aisles and a ring road around them.
+/// aisles and a ring road around them. The racks and the floor are its background.
 ///
 /// Aisles run north, cross aisles east. Edges in pick aisles may also be driven in reverse gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +123,9 @@ impl Warehouse {
         );
         let [aisles, rows, bays] = [aisles, rows, bays].map(u64::from);
         check_edge_count(aisles * rows * (bays + 7) + 10 * (aisles + rows))?;
-        to_yaml(&command, &self.layout(has_chargers))
+        let layout = self.layout(has_chargers);
+        let background = racks::background(&layout, self.bays);
+        to_yaml(&command, &layout, &background)
     }
 
     fn layout(&self, has_chargers: bool) -> StreetLayout {
@@ -169,7 +172,7 @@ impl Grid {
              {one_way}"
         );
         check_edge_count(u64::from(columns) * u64::from(rows) * 18)?;
-        to_yaml(&command, &self.layout())
+        to_yaml(&command, &self.layout(), &[])
     }
 
     fn layout(&self) -> StreetLayout {
@@ -214,13 +217,17 @@ fn inner(streets: &mut [Street]) -> impl Iterator<Item = (usize, &mut Street)> {
     streets[..last].iter_mut().enumerate().skip(1)
 }
 
-fn to_yaml(command: &str, layout: &StreetLayout) -> Result<String, GenerateError> {
+fn to_yaml(
+    command: &str,
+    layout: &StreetLayout,
+    background: &[racks::Line],
+) -> Result<String, GenerateError> {
     let extent =
         layout.columns.iter().chain(&layout.rows).map(|street| street.at).max().unwrap_or(0);
     if extent + layout.intersection_radius > MAX_EXTENT {
         return Err(GenerateError::TooWide { metres: extent / 1000 });
     }
-    Ok(write::yaml(command, &layout.build()))
+    Ok(write::yaml(command, &layout.build(), background))
 }
 
 fn in_range(

@@ -223,7 +223,7 @@ class OrderKind(IntEnum):
     ASSIGNED = 3
     """The order was given to ``robot``."""
     WITHDRAWN = 4
-    """The order was taken from its robot before the first pick."""
+    """The manager withdrew the order from its robot before the first pick."""
     ARRIVED = 5
     """The robot stands at a stop. Its dwell begins, unless it waits there for an operator, for a place
     for its load, or until the station opens."""

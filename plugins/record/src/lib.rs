@@ -62,7 +62,7 @@ pub struct RecordArgs {
     /// File to write [default: the fleet's name and the date and time, with .mcap]
     #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
     output: Option<PathBuf>,
-    /// Overwrite the file if it exists
+    /// Replace files that exist
     #[arg(long)]
     force: bool,
     /// Divide the recording into numbered files of this time or size: 10min, 1GB …

@@ -34,7 +34,7 @@ pub struct PlotArgs {
     /// Picture to write: a .png or .svg file
     #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
     output: PathBuf,
-    /// Overwrite the picture if it exists
+    /// Replace files that exist
     #[arg(long)]
     force: bool,
     /// Start at this time of the recording, for example 12.5s or 3min

@@ -12,15 +12,19 @@ use regatta_plugin::{Frame, World};
 use crate::schema::FRAME_ID;
 use crate::schema::foxglove::{
     Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, PosesInFrame, Quaternion,
-    SceneEntity, SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
+    SceneEntity, SceneUpdate, TextPrimitive, Vector3, line_primitive,
+    packed_element_field::NumericType,
 };
 
 /// The number of line segments that approximate a curve.
 const SEGMENTS: usize = 12;
 /// The width of an edge on the screen, in pixels.
 const EDGE_PIXELS: f64 = 1.5;
+/// The size of the letters of names on the screen, in pixels.
+const LETTER_PIXELS: f64 = 12.0;
 /// The height of the graph's points, in metres.
 const GRAPH_Z: f32 = -0.5;
+const WALL_COLOUR: Color = Color { r: 0.35, g: 0.37, b: 0.4, a: 1.0 };
 const EDGE_COLOUR: Color = Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 /// Encodes the poses of all robots except absent ones, in order of their ids.
@@ -96,26 +100,53 @@ fn field(name: &str, offset: u32, numeric_type: NumericType) -> PackedElementFie
     PackedElementField { name: name.to_owned(), offset, r#type: numeric_type as i32 }
 }
 
-/// Encodes the route graph as lines, which replace those of the previous message.
+/// Encodes walls, the route graph and the names of stations, which replace those of the previous message.
 pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let points = world.edges().iter().flat_map(|edge| world.curves(edge)).flat_map(lines).collect();
-    let line = LinePrimitive {
+    let entity = SceneEntity {
+        timestamp: Some(timestamp(log_time)),
+        frame_id: FRAME_ID.to_owned(),
+        id: "graph".to_owned(),
+        lines: vec![line_list(walls(world), WALL_COLOUR), line_list(points, EDGE_COLOUR)],
+        texts: stations(world),
+        ..SceneEntity::default()
+    };
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
+}
+
+/// Returns lines between pairs of points.
+fn line_list(points: Vec<Point3>, colour: Color) -> LinePrimitive {
+    LinePrimitive {
         r#type: line_primitive::Type::LineList as i32,
         pose: Some(pose(0.0, 0.0, 0.0)),
         thickness: EDGE_PIXELS,
         scale_invariant: true,
         points,
-        color: Some(EDGE_COLOUR),
+        color: Some(colour),
         ..LinePrimitive::default()
-    };
-    let entity = SceneEntity {
-        timestamp: Some(timestamp(log_time)),
-        frame_id: FRAME_ID.to_owned(),
-        id: "graph".to_owned(),
-        lines: vec![line],
-        ..SceneEntity::default()
-    };
-    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
+    }
+}
+
+/// Returns the lines of the background as pairs of points.
+fn walls(world: &World<'_>) -> Vec<Point3> {
+    let lines = world.background_lines().iter().map(|line| world.background_points(line));
+    let ends = lines.flat_map(|points| points.windows(2)).flatten();
+    let ends = ends.map(|[x, y]| [f64::from(*x), f64::from(*y)]);
+    ends.map(|[x, y]| Point3 { x, y, z: 0.0 }).collect()
+}
+
+/// Returns the names of the stations.
+fn stations(world: &World<'_>) -> Vec<TextPrimitive> {
+    let stations = world.stations().iter();
+    let texts = stations.map(|station| TextPrimitive {
+        pose: Some(pose(f64::from(station.x), f64::from(station.y), 0.0)),
+        billboard: true,
+        font_size: LETTER_PIXELS,
+        scale_invariant: true,
+        color: Some(EDGE_COLOUR),
+        text: world.text(station.name).to_owned(),
+    });
+    texts.collect()
 }
 
 /// Returns a curve's line segments as pairs of points.
@@ -153,7 +184,22 @@ fn timestamp(nanos: u64) -> Timestamp {
 
 #[cfg(test)]
 mod tests {
+    use regatta_plugin::world::{StationRecord, WorldData};
+
     use super::*;
+
+    #[test]
+    fn walls_and_the_names_of_stations_are_in_the_scene() {
+        let mut data = WorldData::default();
+        let name = data.texts.add("dock");
+        data.add_station(StationRecord { name, x: 2.0, y: 3.0, ..StationRecord::default() }, []);
+        data.add_background_line(0, [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]]);
+        let scene = SceneUpdate::decode(&*graph(&data.view(1, 1), 0)).expect("a scene");
+        let entity = &scene.entities[0];
+        assert_eq!((entity.lines[0].points.len(), entity.lines[1].points.len()), (4, 0));
+        assert_eq!(entity.texts[0].text, "dock");
+        assert_eq!(entity.texts[0].pose.expect("a pose").position.expect("a place").y, 3.0);
+    }
 
     #[test]
     fn polylines_start_and_end_at_the_ends_of_their_curve() {

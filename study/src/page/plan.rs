@@ -17,8 +17,8 @@ const STATION_COLOUR: &str = "#5a6875";
 /// Half the side of a station's square, and the size of the letters of its name, in pixels.
 const STATION: f64 = 3.0;
 const LETTER: f64 = 10.0;
-/// The largest number of stations with a name.
-const MOST_STATION_NAMES: usize = 200;
+/// The largest number of names.
+const MOST_NAMES: usize = 200;
 /// The empty border in pixels.
 pub(super) const MARGIN: f64 = 24.0;
 
@@ -86,7 +86,7 @@ impl Plan {
     }
 
     /// Draws stations as squares, each with its name as a tooltip, and beside it as far as there is
-    /// room.
+    /// room. Then the names of zones in their middle have room.
     pub fn draw_stations(&self, svg: &mut Svg, graph: &RouteGraph) {
         let mut taken: Vec<[DVec2; 2]> = Vec::new();
         for (name, place) in stations(graph) {
@@ -98,17 +98,26 @@ impl Plan {
             square.open();
             svg.element("title").content(name);
             svg.close();
-            let low = at + DVec2::new(2.0 * STATION, -LETTER);
-            let letters = name.chars().count() as f64;
-            let high = low + DVec2::new(0.6 * letters, 1.2) * LETTER;
-            let is_free = taken.iter().all(|[other_low, other_high]| {
-                low.cmpgt(*other_high).any() || high.cmplt(*other_low).any()
-            });
-            if is_free && self.contains(high) && taken.len() < MOST_STATION_NAMES {
-                taken.push([low, high]);
-                let text = svg.text(DVec2::new(low.x, at.y + 0.35 * LETTER));
-                text.number("font-size", LETTER).fill(STATION_COLOUR).content(name);
-            }
+            self.write_name(svg, &mut taken, name, at);
+        }
+        for (name, place) in graph.zone_places() {
+            self.write_name(svg, &mut taken, name, self.pixel(place));
+        }
+    }
+
+    /// Writes a name to the right of a place, if there is room.
+    fn write_name(&self, svg: &mut Svg, taken: &mut Vec<[DVec2; 2]>, name: &str, at: DVec2) {
+        let low = at + DVec2::new(2.0 * STATION, -LETTER);
+        let letters = name.chars().count() as f64;
+        let high = low + DVec2::new(0.6 * letters, 1.2) * LETTER;
+        let is_free = taken.iter().all(|[other_low, other_high]| {
+            low.cmpgt(*other_high).any() || high.cmplt(*other_low).any()
+        });
+        let is_inside = self.contains(low) && self.contains(high);
+        if is_free && is_inside && taken.len() < MOST_NAMES {
+            taken.push([low, high]);
+            let text = svg.text(DVec2::new(low.x, at.y + 0.35 * LETTER));
+            text.number("font-size", LETTER).fill(STATION_COLOUR).content(name);
         }
     }
 

@@ -259,6 +259,15 @@ impl CameraController {
         self.flight = self.flight.map(|flight| Flight { place: Some(place), ..flight });
     }
 
+    /// Flies to a place on the ground at the same height, and to its robot also while that drives
+    /// on. As for [`Self::fly_to`], [`Self::aim`] tells the part of the picture.
+    pub fn show(&mut self, robot: Option<u32>, place: Vec2) {
+        self.end_automatic_motion();
+        self.follow = None;
+        self.fly(Camera { target: place.extend(TARGET_HEIGHT), ..self.camera });
+        self.flight = self.flight.map(|flight| Flight { place: Some(place), robot, ..flight });
+    }
+
     /// Flies to a robot, also while it drives on.
     pub fn fly_to_robot(&mut self, robot: u32, place: Vec2) {
         self.fly_to(place);

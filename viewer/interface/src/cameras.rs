@@ -138,17 +138,18 @@ impl CameraOption {
 /// Shows the named cameras, and buttons that copy this camera and write the plan.
 pub(super) fn show(context: &PanelContext<'_>, bookmarks: &[Bookmark], ui: &mut Ui) {
     heading(ui, "cameras");
-    ui.horizontal_wrapped(|ui| {
-        for bookmark in bookmarks {
-            if ui.button(&bookmark.name).clicked() {
-                // Of everything, the part of the picture that no panel covers shows all.
-                let camera = bookmark.view.camera(context.model.bounds, context.window);
-                context.ask(Request::FlyToCamera(camera));
-            }
-        }
-    });
     if bookmarks.is_empty() {
         ui.label(faint(ui, "none named; add them to the scenario as `cameras`"));
+    } else {
+        ui.horizontal_wrapped(|ui| {
+            for bookmark in bookmarks {
+                if ui.button(&bookmark.name).clicked() {
+                    // Of everything, the part of the picture that no panel covers shows all.
+                    let camera = bookmark.view.camera(context.model.bounds, context.window);
+                    context.ask(Request::FlyToCamera(camera));
+                }
+            }
+        });
     }
     ui.horizontal_wrapped(|ui| {
         let text = "Copies a line for `cameras` of the scenario";

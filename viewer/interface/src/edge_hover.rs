@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use egui::{Area, Id, Order, Pos2, Rect, RichText, Ui, vec2};
 use regatta_scene::heat::{Figure, Heat, Period};
+use regatta_scene::names::edge_name;
 
 use super::context::PanelContext;
 use super::edge_finder::EdgeFinder;
@@ -104,10 +105,7 @@ fn tooltip(
 ) {
     let model = context.model;
     let Some(record) = model.world.edges().get(edge as usize) else { return };
-    let title = match model.world.text(record.name) {
-        "" => format!("edge {}", record.id),
-        name => format!("edge {}, {name}", record.id),
-    };
+    let title = format!("edge {}", edge_name(&model.world, record));
     let area = Area::new(Id::unique("edge under the pointer")).order(Order::Tooltip);
     let area = area.fade_in(false).interactable(false).fixed_pos(at + vec2(14.0, 16.0));
     area.constrain_to(within).show(ctx, |ui| {

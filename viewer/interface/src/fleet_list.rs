@@ -11,6 +11,7 @@ use glam::Vec2;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, RobotState};
+use regatta_scene::names::edge_name;
 use regatta_scene::palette::Theme;
 
 use super::context::{PanelContext, Request};
@@ -49,13 +50,15 @@ const WIDE: &[Column] = &[
 ];
 
 /// The explanation of the search.
-const SEARCH: &str = "The id or the activity of a robot; and with Enter n12 for a node, e12 for an \
-                      edge, o12 for an order, or the name of a station, a node or an edge";
+const SEARCH: &str = "Id or activity of a robot. With Enter, also n12 for a node, e12 for an edge, \
+                      o12 for an order, and the name of a station, a node or an edge";
 /// The opacity of the row of a robot that doesn't match the filter.
 const DIMMED: f32 = 0.35;
 
 /// The least width of a wide list, in points.
 const WIDE_POINTS: f32 = 440.0;
+/// The width of a letter of equal widths, in heights of the font.
+const LETTER: f32 = 0.6;
 /// The space to the left of a column, in points.
 const GAP: f32 = 6.0;
 /// The size of the letters of a narrow and of a wide list, in points.
@@ -272,7 +275,8 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
 struct Row {
     id: u32,
     /// The id of the edge.
-    edge: Option<u32>,
+    /// The name of its edge, and the id, for where the name has no room.
+    edge: Option<(String, u32)>,
     level: Option<ContactLevel>,
     offset: Vec2,
     /// `None` if the robot is absent.
@@ -287,14 +291,26 @@ impl Row {
         id: u32,
         levels: &BTreeMap<u32, ContactLevel>,
     ) -> Self {
-        let edges = context.model.world.edges();
+        let world = &context.model.world;
+        let edge = world.edges().get(frame.edge()[id as usize] as usize);
         Self {
             id,
-            edge: edges.get(frame.edge()[id as usize] as usize).map(|edge| edge.id),
+            edge: edge.map(|edge| (edge_name(world, edge), edge.id)),
             level: levels.get(&id).copied(),
             offset: context.offset,
             activity: context.model.activity(id),
             theme: context.theme,
+        }
+    }
+}
+
+impl Row {
+    /// The edge by its name, or by its id (`e12`) if the name has more than so many letters.
+    fn edge_text(&self, letters: f32) -> String {
+        match &self.edge {
+            Some((name, _)) if name.chars().count() as f32 <= letters => name.clone(),
+            Some((_, id)) => format!("e{id}"),
+            None => "–".to_owned(),
         }
     }
 }
@@ -335,6 +351,9 @@ fn cells(
         let (text, colour) = match (state, sort) {
             (RobotState::Absent, None) => (state.name().to_owned(), colours.faint),
             (RobotState::Absent, Some(sort)) if *sort != SortBy::Id => continue,
+            (_, Some(SortBy::Edge)) => {
+                (row.edge_text((right - left - GAP) / (LETTER * size)), colours.text)
+            }
             (_, sort) => cell(frame, row, *sort, colours),
         };
         let is_word = is_last || *sort == Some(SortBy::Activity);
@@ -368,7 +387,7 @@ fn cell(
         }
         Some(SortBy::Speed) => format!("{:.2}", frame.speed()[id]),
         Some(SortBy::Activity) => row.activity.map_or("", Activity::name).to_owned(),
-        Some(SortBy::Edge) => row.edge.map_or("–".to_owned(), |edge| edge.to_string()),
+        Some(SortBy::Edge) => row.edge_text(f32::INFINITY),
         None => match row.level {
             Some(ContactLevel::Touching) => return ("touching".to_owned(), colours.bad),
             Some(ContactLevel::Possible) => return ("possible".to_owned(), colours.warn),

@@ -8,6 +8,8 @@ use super::style::{self, ThemeColours};
 
 /// The width of a column, in points.
 const COLUMN: f32 = 400.0;
+/// The height of the bars above and below, which stay in sight, in points: twice the larger one.
+const BARS: f32 = 152.0;
 /// The rows that the heading of a group takes.
 const HEADING: usize = 2;
 
@@ -32,14 +34,14 @@ impl Help {
             .frame(style::floating(context.theme).fill(colours.panel).inner_margin(18.0))
             .show(ctx, |ui| {
                 let screen = ctx.content_rect().size();
-                ui.set_max_size(egui::vec2(screen.x - 60.0, screen.y - 60.0));
+                ui.set_max_size(egui::vec2(screen.x - 60.0, screen.y - BARS));
                 ui.label(RichText::new("Keys and mouse").size(17.0));
                 ui.add_space(8.0);
                 let columns = ((screen.x - 60.0) / COLUMN).clamp(1.0, 3.0) as usize;
                 let groups = keys::help(ctx);
                 // It would keep the width that it had before its columns were known.
                 let scrolled = ScrollArea::vertical().auto_shrink([false, true]);
-                scrolled.max_height(screen.y - 120.0).show(ui, |ui| {
+                scrolled.max_height(screen.y - BARS - 60.0).show(ui, |ui| {
                     if columns == 1 {
                         narrow(ui, &groups, &colours);
                     } else {

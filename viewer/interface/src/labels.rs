@@ -101,6 +101,9 @@ struct Label {
     name: Option<Box<str>>,
 }
 
+/// The least distance of a label from the end of the picture, in points.
+const BORDER: f32 = 4.0;
+
 impl Labels {
     /// Collects the labels of a route graph, or of one of its levels.
     pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
@@ -126,7 +129,7 @@ impl Labels {
     /// element over the picture, and none is cut.
     pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
         let LabelView { picture, camera, offset, theme, robots, placement } = *view;
-        let clip = if camera.is_plan() { within_rulers(clip) } else { clip };
+        let clip = if camera.is_plan() { within_rulers(clip) } else { clip.shrink(BORDER) };
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         let mut drawn: Vec<Rect> = Vec::new();
@@ -140,7 +143,7 @@ impl Labels {
             };
             // Right of the badge, of the node, or of the arrow in the middle of the edge.
             let (anchor, gap, down) = match label.kind {
-                Kind::Station => (Align2::LEFT_BOTTOM, 10.0, -10.0),
+                Kind::Station => (Align2::LEFT_BOTTOM, 14.0, -10.0),
                 Kind::Node => (Align2::LEFT_BOTTOM, 5.0, -5.0),
                 Kind::Edge => (Align2::LEFT_TOP, 6.0, 6.0),
             };

@@ -7,7 +7,6 @@ use glam::{Vec2, Vec3};
 use regatta_scene::camera::{Bounds, Camera};
 
 use super::context::{PanelContext, Request};
-use super::overlay::beside_legend;
 use super::placement::Placement;
 use super::state::Interface;
 use super::style;
@@ -146,8 +145,7 @@ impl Interface {
             return PictureArea { picture, visible: whole, whole };
         }
         // The legend lies beside the levels, where there is room.
-        let legend = beside_legend(Vec2::new(whole.width(), whole.height())).low.x * whole.width();
-        let beside = whole.with_min_x(whole.left() + legend);
+        let beside = whole.with_min_x(whole.left() + self.legend_room(whole.width()));
         let parts =
             divide(&self.levels.names, beside, bounds.high - bounds.low, ui.pixels_per_point());
         let wanted = self.pressed_part(ui, &parts).or_else(|| self.level().map(str::to_owned));

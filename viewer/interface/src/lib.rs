@@ -80,7 +80,10 @@ use view_model::{Action, ViewModel};
 const TWO_PANELS: f32 = 900.0;
 
 /// The least width of a window in which the panel on the left opens wide, in points.
-const ALL_COLUMNS: f32 = 1200.0;
+const ALL_COLUMNS: f32 = 1500.0;
+
+/// The least distance in points of a selected item from the end of what is in sight.
+const IN_SIGHT: f32 = 40.0;
 
 /// The least heights of a panel on a side, of the plots, and of the picture over them, in points.
 const LOWEST_PANEL: f32 = 180.0;
@@ -235,11 +238,32 @@ impl Interface {
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let robot = self.camera_controller.flies_to();
         let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset));
+        self.bring_in_sight(area, model);
         self.camera_controller.aim(pose.map(|pose| pose.place), self.last.window);
         self.camera_controller.advance(seconds.into(), model.followed);
         self.camera_controller.keep_fitted(model.bounds, self.last.window);
         if self.camera_controller.is_flying() {
             ui.ctx().request_repaint();
+        }
+    }
+
+    /// Moves what was selected by a key or in a panel from under panels and the legend, or from
+    /// outside of the picture.
+    fn bring_in_sight(&mut self, area: PictureArea, model: &ViewModel<'_>) {
+        let camera = &self.camera_controller;
+        let is_led = camera.is_flying() || camera.followed().is_some();
+        if !std::mem::take(&mut self.last.reveals) || is_led {
+            return;
+        }
+        let Some(place) = self.place_of_selected(model) else { return };
+        let at = camera.camera().project(place.extend(0.0), area.size());
+        let Window { low, high, .. } = self.last.window;
+        let is_in_sight = at.is_some_and(|at| {
+            let (low, high) = (low * area.size() + IN_SIGHT, high * area.size() - IN_SIGHT);
+            at.cmpgt(low).all() && at.cmplt(high).all()
+        });
+        if !is_in_sight {
+            self.camera_controller.show(self.selection.robot(), place);
         }
     }
 
@@ -251,9 +275,7 @@ impl Interface {
         }
         let size = glam::Vec2::new(picture.width(), picture.height());
         // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
-        let beside =
-            overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
-        let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
+        let legend = if self.parts().is_empty() { self.legend_room(visible.width()) } else { 0.0 };
         let [low, high] = [visible.min + egui::vec2(legend, 0.0), visible.max]
             .map(|at| glam::Vec2::new(at.x - picture.left(), at.y - picture.top()) / size);
         Some(Window { aspect: picture.aspect_ratio(), low, high })

@@ -7,6 +7,7 @@ use egui::epaint::Tessellator;
 use egui::{Area, Color32, Id, Mesh, Order, Pos2, Rect, Sense, Shape, Stroke, vec2};
 use glam::Vec2;
 use regatta_plugin::World;
+use regatta_scene::background::walls;
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::curves::curve_point;
 
@@ -17,6 +18,8 @@ use super::style;
 
 /// The maximum number of drawn edges. Further edges are left out.
 const MAX_EDGES: usize = 3000;
+/// The same of the lines of walls.
+const MAX_WALLS: usize = 3000;
 /// The longest side of the map, in points.
 const SIDE: f32 = 170.0;
 /// The distance from the map to its frame, in points.
@@ -86,6 +89,9 @@ impl Minimap {
                 },
             );
         self.lines = lines.collect();
+        let walls = walls(world, None);
+        let step = walls.len().div_ceil(MAX_WALLS).max(1);
+        self.lines.extend(walls.iter().step_by(step).map(|wall| wall.ends));
     }
 }
 

@@ -11,7 +11,7 @@ use super::heat::HeatLegend;
 use super::hottest;
 use super::labels::{LabelView, Labels};
 use super::levels::PictureArea;
-use super::placement::Placement;
+use super::placement::{MARGIN, Placement};
 use super::plan::PlanScale;
 use super::ramp;
 use super::robot_spots::{self, Spot};
@@ -24,11 +24,12 @@ use super::view_model::{EngineState, ViewModel};
 
 /// The name of the legend among the elements over a picture.
 pub const LEGEND: &str = "legend";
-/// The width that a legend takes, in points, with its margins.
-const LEGEND_ROOM: f32 = 210.0;
-/// The least free width of a picture with a legend in points. In a narrower picture, the legend
-/// would cover the middle.
-const LEAST_WITH_LEGEND: f32 = 240.0;
+/// The greatest width that a legend takes, in points, with its margins.
+pub const LEGEND_ROOM: f32 = 210.0;
+/// The least width beside a legend in points. In a narrower picture there is none.
+const LEAST_BESIDE_LEGEND: f32 = 240.0;
+/// The step of the width of a legend in points, so that nothing moves with each of its figures.
+const LEGEND_STEP: f32 = 30.0;
 /// The greatest width of a legend's contents, in points.
 const LEGEND_TEXT: f32 = 168.0;
 /// The least width of a picture that has room to spare for a legend, in points.
@@ -130,8 +131,9 @@ impl Interface {
         if let Some(measuring) = &self.measuring {
             lines(context, ctx, placement, "measurement", &measuring.text(context));
         }
-        if visible.width() >= LEAST_WITH_LEGEND {
-            let symbols = self.symbols(context.model);
+        let symbols = self.symbols(context.model);
+        self.last.legend = legend_width(ctx, placement, theme, context.model.legend, &symbols);
+        if self.legend_room(area.whole.width()) > 0.0 {
             legend(ctx, placement, theme, context.model.legend, &symbols, None);
         }
         let scale = camera.is_plan().then(|| PlanScale::place(placement, picture, visible, camera));
@@ -143,6 +145,13 @@ impl Interface {
         if let Some(scale) = scale {
             scale.draw(ctx, placement, picture, visible, camera, theme);
         }
+    }
+
+    /// The width in points that a picture leaves to its legend, with its margins; 0 if the picture
+    /// is too narrow for one.
+    pub(super) fn legend_room(&self, width: f32) -> f32 {
+        let legend = self.last.legend;
+        if width - legend >= LEAST_BESIDE_LEGEND { legend } else { 0.0 }
     }
 
     /// The layers that the legend explains.
@@ -272,7 +281,7 @@ fn veil(context: &PanelContext<'_>, ctx: &egui::Context, visible: Rect, placemen
         let time = clock_text(frame.sim_time().as_secs_f64());
         format!("this is its last picture, at {time}")
     });
-    let text = format!("{last}; a new one is shown as soon as it runs");
+    let text = format!("{last}; the next engine is shown as soon as it runs");
     float(ctx, placement, theme, "ended", Align2::CENTER_TOP, |ui| {
         ui.set_max_width(ui.available_width().min(WIDEST_MESSAGE));
         ui.label(RichText::new(what).strong().color(colours.bad));
@@ -312,13 +321,11 @@ pub(super) fn float(
     at: Align2,
     mut show: impl FnMut(&mut Ui),
 ) -> bool {
-    let (room, frame) = (placement.room(), style::floating(theme));
-    if !room.is_positive() {
+    let frame = style::floating(theme);
+    if !placement.room().is_positive() {
         return false;
     }
-    let unseen = UiBuilder::new().layer_id(LayerId::background()).max_rect(room).invisible();
-    let mut ui = Ui::new(ctx.clone(), Id::unique(("size", name)), unseen);
-    let size = frame.show(&mut ui, |ui| show(ui)).response.rect.size();
+    let size = measure(ctx, placement.room(), theme, name, &mut show);
     let Some(place) = placement.take(name, size, at) else { return false };
     let area =
         Area::new(Id::unique(name)).order(Order::Background).interactable(false).fade_in(false);
@@ -329,6 +336,36 @@ pub(super) fn float(
         ui.scope_builder(within, |ui| frame.show(ui, show));
     });
     true
+}
+
+/// Returns the size of an element that would have this room.
+fn measure(
+    ctx: &egui::Context,
+    room: Rect,
+    theme: Theme,
+    name: &'static str,
+    show: impl FnOnce(&mut Ui),
+) -> egui::Vec2 {
+    let unseen = UiBuilder::new().layer_id(LayerId::background()).max_rect(room).invisible();
+    let mut ui = Ui::new(ctx.clone(), Id::unique(("size", name)), unseen);
+    style::floating(theme).show(&mut ui, show).response.rect.size()
+}
+
+/// Returns the width of a legend with its margins, whether there is room for it or not.
+fn legend_width(
+    ctx: &egui::Context,
+    placement: &Placement,
+    theme: Theme,
+    legend: &Legend,
+    symbols: &Symbols,
+) -> f32 {
+    let room = placement.room();
+    let room = room.with_max_x(room.left() + LEGEND_ROOM);
+    let width = measure(ctx, room, theme, "legend's width", |ui| {
+        legend_contents(ui, theme, legend, symbols, &[]);
+    });
+    let with_margins = width.x + 2.0 * MARGIN;
+    ((with_margins / LEGEND_STEP).ceil() * LEGEND_STEP).min(LEGEND_ROOM)
 }
 
 /// Returns the part of a picture, from 0 to 1, in which everything is to fit so that nothing of it
@@ -357,29 +394,40 @@ pub fn legend(
     symbols: &Symbols,
     title: Option<&[String]>,
 ) -> bool {
-    let colours = style::colours(theme);
+    let title = title.unwrap_or_default();
     float(ctx, placement, theme, LEGEND, Align2::LEFT_BOTTOM, |ui| {
-        ui.set_max_width(LEGEND_TEXT);
-        ui.spacing_mut().item_spacing.y = 4.0;
-        for line in title.unwrap_or_default() {
-            ui.label(RichText::new(style::unbroken(line)).size(11.0).color(colours.faint));
-        }
-        ui.label(RichText::new(&legend.title).strong());
-        match &legend.scale {
-            Scale::Categories(names) => {
-                for (name, colour) in names {
-                    ui.horizontal(|ui| {
-                        let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-                        ui.painter().rect_filled(dot, 3.0, style::color32(*colour));
-                        ui.add(egui::Label::new(style::faint(ui, name)).truncate());
-                    });
-                }
-            }
-            Scale::Ramp { low, high, unit } => {
-                ui.label(style::faint(ui, *unit));
-                ramp::show(ui, theme, &legend.scale.colours(theme), &ramp::numbers(*low, *high));
-            }
-        }
-        symbols.show(ui, theme);
+        legend_contents(ui, theme, legend, symbols, title);
     })
+}
+
+fn legend_contents(
+    ui: &mut Ui,
+    theme: Theme,
+    legend: &Legend,
+    symbols: &Symbols,
+    title: &[String],
+) {
+    let colours = style::colours(theme);
+    ui.set_max_width(LEGEND_TEXT);
+    ui.spacing_mut().item_spacing.y = 4.0;
+    for line in title {
+        ui.label(RichText::new(style::unbroken(line)).size(11.0).color(colours.faint));
+    }
+    ui.label(RichText::new(&legend.title).strong());
+    match &legend.scale {
+        Scale::Categories(names) => {
+            for (name, colour) in names {
+                ui.horizontal(|ui| {
+                    let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+                    ui.painter().rect_filled(dot, 3.0, style::color32(*colour));
+                    ui.add(egui::Label::new(style::faint(ui, name)).truncate());
+                });
+            }
+        }
+        Scale::Ramp { low, high, unit } => {
+            ui.label(style::faint(ui, *unit));
+            ramp::show(ui, theme, &legend.scale.colours(theme), &ramp::numbers(*low, *high));
+        }
+    }
+    symbols.show(ui, theme);
 }

@@ -3,7 +3,7 @@
 use egui::{Align2, Rect, Vec2, pos2};
 
 /// The distance from the edge of the picture, in points.
-const MARGIN: f32 = 10.0;
+pub const MARGIN: f32 = 10.0;
 /// The least distance between two elements, in points.
 const GAP: f32 = 6.0;
 /// The greatest error of a rounded place, in points.

@@ -5,6 +5,7 @@ use egui_plot::{Line, Plot};
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
 use regatta_plugin::world::{Orientation, Role};
+use regatta_scene::names::{edge_name, node_name};
 use regatta_scene::route::Remaining;
 
 use super::camera_controller::Follow;
@@ -119,8 +120,10 @@ impl SelectionPanel {
             ui.label(style::faint(ui, "this edge no longer exists"));
             return;
         };
-        ui.label(RichText::new(format!("Edge {}", edge.id)).size(20.0));
-        texts(context, ui, [edge.name, edge.level, edge.zone]);
+        let name = edge_name(&context.model.world, edge);
+        ui.label(RichText::new(format!("Edge {name}")).size(20.0));
+        texts(context, ui, [edge.level, edge.zone]);
+        id_beside(ui, &name, edge.id);
         if context.model.closed.binary_search(&index).is_ok() {
             ui.label(RichText::new("closed: no robot may enter it").color(context.colours.bad));
         }
@@ -147,7 +150,8 @@ impl SelectionPanel {
             let Some(record) = context.model.world.nodes().get(node as usize) else { continue };
             ui.horizontal(|ui| {
                 ui.label(style::faint(ui, end));
-                if ui.link(format!("node {}", record.id)).clicked() {
+                let name = node_name(&context.model.world, record);
+                if ui.link(format!("node {name}")).clicked() {
                     context.ask(Request::Select(Some(Item::Node(node))));
                 }
             });
@@ -159,8 +163,10 @@ impl SelectionPanel {
             ui.label(style::faint(ui, "this node no longer exists"));
             return;
         };
-        ui.label(RichText::new(format!("Node {}", node.id)).size(20.0));
-        texts(context, ui, [node.name, node.level, node.zone]);
+        let name = node_name(&context.model.world, node);
+        ui.label(RichText::new(format!("Node {name}")).size(20.0));
+        texts(context, ui, [node.level, node.zone]);
+        id_beside(ui, &name, node.id);
         if node.role() != Role::None {
             line(ui, "role", node.role().name());
         }
@@ -182,11 +188,20 @@ impl SelectionPanel {
             let direction = if edge.origin == index { "out" } else { "in" };
             ui.horizontal(|ui| {
                 ui.label(style::faint(ui, direction));
-                if ui.link(format!("edge {}", edge.id)).clicked() {
+                let name = edge_name(&context.model.world, edge);
+                if ui.link(format!("edge {name}")).clicked() {
                     context.ask(Request::Select(Some(Item::Edge(i as u32))));
                 }
             });
         }
+    }
+}
+
+/// Shows the id of something that has a name.
+fn id_beside(ui: &mut Ui, name: &str, id: u32) {
+    let id = id.to_string();
+    if name != id {
+        line(ui, "id", id);
     }
 }
 
@@ -246,10 +261,12 @@ fn place_on_graph(context: &PanelContext<'_>, ui: &mut Ui, frame: &Frame<'_>, ro
         line(ui, "edge", "none");
         return;
     };
-    line(ui, "edge", edge.id.to_string());
-    let ids = [edge.origin, edge.destination]
-        .map(|node| context.model.world.nodes().get(node as usize).map_or(0, |node| node.id));
-    line(ui, "from, to", format!("{} → {}", ids[0], ids[1]));
+    let world = &context.model.world;
+    line(ui, "edge", edge_name(world, edge));
+    for (end, node) in [("from", edge.origin), ("to", edge.destination)] {
+        let node = world.nodes().get(node as usize);
+        line(ui, end, node.map_or("–".to_owned(), |node| node_name(world, node)));
+    }
     line(ui, "driven", format!("{:.2} of {:.2} m", frame.s()[row], edge.length));
     if ui.link("show the edge").clicked() {
         context.ask(Request::Select(Some(Item::Edge(index))));
@@ -302,9 +319,9 @@ fn robot_collisions(context: &PanelContext<'_>, ui: &mut Ui, id: u32) {
     }
 }
 
-/// Shows the name, the level and the zone of a node or an edge, if it has them.
-fn texts(context: &PanelContext<'_>, ui: &mut Ui, offsets: [u32; 3]) {
-    for (name, offset) in ["name", "level", "zone"].into_iter().zip(offsets) {
+/// Shows the level and the zone of a node or an edge, if it has them.
+fn texts(context: &PanelContext<'_>, ui: &mut Ui, offsets: [u32; 2]) {
+    for (name, offset) in ["level", "zone"].into_iter().zip(offsets) {
         let text = context.model.world.text(offset);
         if !text.is_empty() {
             line(ui, name, text);

@@ -159,7 +159,7 @@ impl Interface {
         else {
             return;
         };
-        self.select(Some(Item::Robot(id as u32)));
+        self.select_in_sight(Some(Item::Robot(id as u32)));
         self.fleet.list.reveal(id);
     }
 }

@@ -3,6 +3,7 @@
 
 use egui::{Align2, Color32, FontId, LayerId, Painter, Rect, Stroke, Ui, pos2, vec2};
 use glam::Vec2;
+use regatta_scene::names::edge_name;
 
 use super::context::{PanelContext, Request};
 use super::levels::PictureArea;
@@ -74,7 +75,7 @@ impl SpotsPanel {
             }
         });
         if spots.is_empty() {
-            ui.label(style::faint(ui, "nobody has lost time"));
+            ui.label(style::faint(ui, "no robot has lost time"));
             return;
         }
         header(ui, &colours);
@@ -154,9 +155,9 @@ fn cells(
     let lost = if spot.contact_secs > 0.0 { colours.bad } else { colours.text };
     write(painter, rect, (COLUMNS[1], right), thousands(spot.lost_secs().round() as u64), lost);
     write(painter, rect, (COLUMNS[2], right), clock(spot.seen[0]), colours.faint);
-    let ids = spot.edges.iter().filter_map(|edge| model.world.edges().get(*edge as usize));
-    let ids: Vec<_> = ids.map(|edge| edge.id.to_string()).take(2).collect();
-    write(painter, rect, (COLUMNS[3], Align2::LEFT_CENTER), ids.join(" "), colours.text);
+    let edges = spot.edges.iter().filter_map(|edge| model.world.edges().get(*edge as usize));
+    let names: Vec<_> = edges.map(|edge| edge_name(&model.world, edge)).take(2).collect();
+    write(painter, rect, (COLUMNS[3], Align2::LEFT_CENTER), names.join(" "), colours.text);
     trend(painter, pos2(rect.right() - 10.0, rect.center().y), spot.trend, colours);
 }
 

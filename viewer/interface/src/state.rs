@@ -25,7 +25,7 @@ use super::log_panel::LogPanel;
 use super::measure::{End, Measuring};
 use super::menu::Menu;
 use super::minimap::Minimap;
-use super::overlay::Messages;
+use super::overlay::{LEGEND_ROOM, Messages};
 use super::placement::Placement;
 use super::plots::PlotsPanel;
 use super::pointer_input::PointerInput;
@@ -94,6 +94,10 @@ pub(super) struct LastPicture {
     pub window: Window,
     /// The elements over the picture.
     pub placement: Placement,
+    /// The width of the legend with its margins, in points, also where there is no room for it.
+    pub legend: f32,
+    /// Whether the selected item is to be in sight.
+    pub reveals: bool,
 }
 
 impl Interface {
@@ -132,6 +136,8 @@ impl Interface {
                 typing: false,
                 window: Window::whole(16.0 / 9.0),
                 placement: Placement::new(Rect::ZERO),
+                legend: LEGEND_ROOM,
+                reveals: false,
             },
             late_input: None,
             applied_style: None,
@@ -153,6 +159,12 @@ impl Interface {
     pub fn select(&mut self, item: Option<Item>) {
         self.selection.set(item);
         self.open_selection();
+    }
+
+    /// As [`Self::select`], for an item that may be out of sight.
+    pub(super) fn select_in_sight(&mut self, item: Option<Item>) {
+        self.select(item);
+        self.last.reveals = item.is_some();
     }
 
     /// Adds a robot to the selected ones, or removes it from them. Any other item is selected
@@ -261,7 +273,7 @@ impl Interface {
         match request {
             Request::Act(action) => actions.push(action),
             Request::Run(command) => self.run(command, model, actions),
-            Request::Select(item) => self.select(item),
+            Request::Select(item) => self.select_in_sight(item),
             Request::SelectQuietly(item) => self.selection.set(item),
             Request::Toggle(item) => self.toggle_selected(item),
             Request::Describe(robot) => self.selection.describe(robot),
@@ -292,7 +304,7 @@ impl Interface {
         }
     }
 
-    fn place_of_selected(&self, model: &ViewModel<'_>) -> Option<Vec2> {
+    pub(super) fn place_of_selected(&self, model: &ViewModel<'_>) -> Option<Vec2> {
         let (offset, world) = (self.settings.offset, &model.world);
         match self.selection.item? {
             Item::Robot(id) => Some(model.pose(id, offset)?.place),

@@ -190,7 +190,7 @@ impl TimelinePanel {
         let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
         let megabytes = live.bytes as f64 / f64::from(1 << 20);
         let text = format!(
-            "the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB",
+            "{kept} kept of at most ten minutes, in {megabytes:.0} of at most {} MB",
             Live::BUDGET >> 20
         );
         rest(ui, style::faint(ui, text));

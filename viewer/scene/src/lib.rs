@@ -12,6 +12,7 @@ pub mod palette;
 pub mod plans;
 pub mod route;
 pub mod stations;
+pub mod zones;
 
 use glam::{Vec2, Vec3};
 use regatta_plugin::World;

@@ -1,4 +1,4 @@
-//! The names of stations, doors and lifts on the plan, each with the scale from which there is
+//! The names of stations, doors, lifts and zones on the plan, each with the scale from which there is
 //! room for it. A name that is shown at a scale is shown at all larger ones, so that names neither
 //! flicker nor jump while a camera moves.
 
@@ -6,9 +6,11 @@ use std::collections::HashMap;
 
 use glam::{IVec2, Vec2};
 use regatta_plugin::World;
+use regatta_plugin::world::{EdgeRecord, NodeRecord};
 
 use super::facilities::named;
 use super::stations::stations;
+use super::zones::zones;
 
 /// The mean width of a letter, in heights of the font.
 const LETTER: f32 = 0.55;
@@ -33,14 +35,30 @@ pub struct Name {
     pub scale: f32,
 }
 
-/// Returns the names of the doors, lifts and stations of a level (`None` for all levels), in
+/// Returns the name of an edge, or else its id, as everything that tells of it does.
+pub fn edge_name(world: &World<'_>, edge: &EdgeRecord) -> String {
+    name_or_id(world.text(edge.name), edge.id)
+}
+
+/// Returns the name of a node, or else its id, as everything that tells of it does.
+pub fn node_name(world: &World<'_>, node: &NodeRecord) -> String {
+    name_or_id(world.text(node.name), node.id)
+}
+
+fn name_or_id(name: &str, id: u32) -> String {
+    if name.is_empty() { id.to_string() } else { name.to_owned() }
+}
+
+/// Returns the names of the doors, lifts, stations and zones of a level (`None` for all levels), in
 /// ascending order of their scales.
 pub fn names(world: &World<'_>, level: Option<&str>) -> Vec<Name> {
     let facilities = named(world, level).into_iter();
     let facilities = facilities.map(|facility| (facility.name.into(), facility.place));
     let stations = stations(world, level).into_iter();
     let stations = stations.map(|station| (station.name.into(), station.place));
-    with_scales(facilities.chain(stations).filter(|(_, place)| place.is_finite()).collect())
+    let zones = zones(world, level).into_iter().map(|(name, place)| (name.into(), place));
+    let all = facilities.chain(stations).chain(zones);
+    with_scales(all.filter(|(_, place)| place.is_finite()).collect())
 }
 
 /// Gives each name the smallest power of two, in heights of the font per metre, at which it has

@@ -250,6 +250,18 @@ fn walls(gpu: &Gpu) {
     let mut scene = coloured(Colouring::State);
     scene.layers.robots = false;
     assert_like("walls", &renderer.render(&top(), &scene, 1.0));
+    // From behind the camera, a wall leads into the picture.
+    let camera = camera();
+    let (target, eye) = (camera.target.truncate(), camera.eye().truncate());
+    let [with, without] = [2.0, 0.0].map(|behind| {
+        let mut world = graph();
+        let start = eye + (eye - target) * behind;
+        let end = if behind > 0.0 { target } else { start + (eye - target) };
+        assert!(world.add_background_line(0, [start.to_array(), end.to_array()]));
+        renderer.inner.set_graph(&world.view(1, 1));
+        DynamicImage::from(renderer.render(&camera, &scene, 1.0)).into_rgb8()
+    });
+    assert!(difference(&with, &without) > 0.0);
 }
 
 /// The routes of several robots, the goals of two of them, and one of a selected robot.

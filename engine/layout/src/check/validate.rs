@@ -78,11 +78,7 @@ pub(crate) fn validate(
     body_heading::orient(raw, &mut edges, report);
     let nodes = nodes.into_iter().collect::<Option<_>>()?;
     let stations = check_stations(&raw.stations, &by_id, origin, report)?;
-    let background = raw.background.iter().map(|line| BackgroundLine {
-        points: line.points.iter().map(|point| *point - origin).collect(),
-        level: line.level.clone(),
-    });
-    let background = background.collect();
+    let background = background(&raw.background, origin, report);
     let graph = RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?);
     let zones = check_zones(&raw.zones, &graph, report)?;
     let doors = check_doors(&raw.doors, &graph, origin, report);
@@ -127,6 +123,33 @@ fn is_outlier(node: &RawNode, middle: DVec2) -> bool {
 /// Rounds a position to whole kilometres.
 fn in_kilometres(position: DVec2) -> DVec2 {
     (position / 1000.0).round() * 1000.0
+}
+
+/// Returns the lines of the background that are near enough to be drawn, and reports the others.
+fn background(
+    raw: &[BackgroundLine],
+    origin: DVec2,
+    report: &mut Report<'_>,
+) -> Vec<BackgroundLine> {
+    let lines = raw.iter().map(|line| BackgroundLine {
+        points: line.points.iter().map(|point| *point - origin).collect(),
+        level: line.level.clone(),
+    });
+    let near = lines.filter(|line| line.points.iter().all(|point| is_near(*point)));
+    let near: Vec<_> = near.collect();
+    let far = plural(raw.len() - near.len(), "line");
+    if near.len() < raw.len() {
+        let message = format!(
+            "{far} of the background beyond ±{MAX_EXTENT} m: not drawn; check that the unit is \
+             metres"
+        );
+        report.file_warning(0, message);
+    }
+    near
+}
+
+fn is_near(point: DVec2) -> bool {
+    point.abs().max_element() <= MAX_EXTENT
 }
 
 fn check_stations(

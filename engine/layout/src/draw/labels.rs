@@ -24,6 +24,9 @@ const GLYPH: DVec2 = DVec2::new(0.6, 1.15);
 /// The size of the font of the names of stations.
 const STATION_FONT: f64 = 11.0;
 
+/// The colour of the names of zones.
+const ZONE: &str = "#57606a";
+
 /// The distance of the name of a door or a lift from its middle, in pixels.
 const FACILITY_GAP: f64 = 5.0;
 
@@ -149,7 +152,8 @@ impl Map<'_> {
         svg.close();
     }
 
-    /// Returns the labels that have room. Nodes come first, then doors and lifts, stations, edges.
+    /// Returns the labels that have room. Nodes come first, then doors and lifts, stations,
+    /// zones, edges.
     fn labels(&self) -> Vec<Label> {
         let (nodes, edges, stations) =
             (self.graph.nodes(), self.graph.edges(), self.graph.stations());
@@ -167,6 +171,7 @@ impl Map<'_> {
         if stations.len() <= MAX_LABELLED_NODES {
             labels.extend(self.place_stations(&mut taken));
         }
+        labels.extend(self.place_zones(&mut taken));
         if edges.len() <= MAX_LABELLED_EDGES {
             labels.extend(edges.iter().filter_map(|edge| self.place_edge(edge, &mut taken)));
         }
@@ -208,6 +213,16 @@ impl Map<'_> {
             labels.extend(taken.place(label, centres));
         }
         labels
+    }
+
+    fn place_zones(&self, taken: &mut Taken) -> Vec<Label> {
+        let zones = self.graph.zone_places();
+        let labels = zones.into_iter().take(MAX_LABELLED_NODES).filter_map(|(name, place)| {
+            let label = Label::new(name, STATION_FONT, ZONE);
+            let centres = label.centres_around(self.pixel(place), 0.0);
+            taken.place(label, centres)
+        });
+        labels.collect()
     }
 
     fn place_edge(&self, edge: &Edge, taken: &mut Taken) -> Option<Label> {

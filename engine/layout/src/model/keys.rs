@@ -1,4 +1,4 @@
-//! The keys of nodes, edges, stations, zones, doors and lifts in our own format.
+//! The keys of nodes, edges, stations, zones, doors, lifts and background lines in our own format.
 
 /// The keys of nodes and edges.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -137,6 +137,10 @@ pub(crate) const LIFT_KEYS: [(&str, Field); 12] = [
     ("capacity", Field::Capacity),
     ("home", Field::Home),
 ];
+
+/// The keys of a line of the background.
+pub(crate) const BACKGROUND_KEYS: [(&str, Field); 3] =
+    [("line", Field::ControlPoints), ("points", Field::ControlPoints), ("level", Field::Level)];
 
 /// Looks up a key, ignoring case, `_`, `-` and spaces.
 pub(crate) fn find<T: Copy>(keys: &[(&str, T)], key: &str) -> Option<T> {

@@ -1,4 +1,5 @@
-//! The values of nodes, edges, stations, zones, doors and lifts in our own format, and their types.
+//! The values of nodes, edges, stations, zones, doors, lifts and background lines in our own format,
+//! and their types.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -13,7 +14,7 @@ use super::facilities::Cabin;
 use super::finding::{Report, Subject};
 use super::keys::{FIELDS, Field};
 use super::raw::{RawCurve, RawDoor, RawDoorTimes, RawEdge, RawLift, RawNode, RawStation, RawZone};
-use super::tags::{Orientation, Tags};
+use super::tags::{BackgroundLine, Orientation, Tags};
 use super::value::{Value, shorten};
 use super::zones::ZoneRule;
 
@@ -68,6 +69,12 @@ impl<'text> Values<'text> {
     /// the unit of the file.
     pub fn lift(self, report: &mut Report<'_>) -> Option<RawLift> {
         Converter::new(self, report, Subject::File).lift()
+    }
+
+    /// Converts the values to a line of the background and reports errors; `None` if it isn't a
+    /// line.
+    pub fn background_line(self, report: &mut Report<'_>) -> Option<BackgroundLine> {
+        Converter::new(self, report, Subject::File).background_line()
     }
 }
 
@@ -198,6 +205,20 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             return None;
         };
         Some([DVec2::new(x0, y0), DVec2::new(x1, y1)])
+    }
+
+    fn background_line(mut self) -> Option<BackgroundLine> {
+        self.start();
+        let numbers = std::mem::take(&mut self.values.numbers);
+        if numbers.len() < 4 || numbers.len() % 2 != 0 {
+            self.error(format!(
+                "the Line of the background has {} numbers: give two points [x, y] or more",
+                numbers.len()
+            ));
+            return None;
+        }
+        let points = numbers.chunks_exact(2).map(DVec2::from_slice).collect();
+        Some(BackgroundLine { points, level: self.text(Field::Level) })
     }
 
     fn door_times(&mut self) -> RawDoorTimes {

@@ -75,6 +75,7 @@ enum Scope {
     Zone,
     Door,
     Lift,
+    Background,
 }
 
 impl<'text> Content<'text> {
@@ -96,6 +97,7 @@ impl<'text> Content<'text> {
         self.graph.zones.append(&mut later.graph.zones);
         self.graph.doors.append(&mut later.graph.doors);
         self.graph.lifts.append(&mut later.graph.lifts);
+        self.graph.background.append(&mut later.graph.background);
         self.graph.handles = self.graph.handles.or(later.graph.handles);
         self.graph.degrees |= later.graph.degrees;
         for ((scope, key), UnknownKey { at, count }) in later.unknown {
@@ -123,6 +125,7 @@ impl<'text> Content<'text> {
                 Scope::Zone => "a zone",
                 Scope::Door => "a door",
                 Scope::Lift => "a lift",
+                Scope::Background => "a line of the background",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
             // `1,5` in braces is the value 1 and the key 5.

@@ -1,4 +1,4 @@
-//! The writer of our own format: YAML in flow style, one line per edge, node and station.
+//! The writer of our own format: YAML in flow style, one line per item.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -12,7 +12,7 @@ use crate::model::facilities::{Cabin, Door, DoorTimes, Lift};
 use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
-use crate::model::tags::{Orientation, Role, Station, Tags};
+use crate::model::tags::{BackgroundLine, Orientation, Role, Station, Tags};
 use crate::model::zones::{Zone, ZoneRule};
 
 /// The largest depth of brackets in a text that is written without escapes. The reader limits the
@@ -25,7 +25,6 @@ const MAX_PLAIN_DEPTH: usize = 20;
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = Writer { text: String::new(), graph, losses: Losses::default() };
     writer.write().expect("writing to a String never fails");
-    writer.losses.add_many(graph.background().len(), "background lines: this format has none");
     Written { text: writer.text, losses: writer.losses.into_lines() }
 }
 
@@ -75,6 +74,34 @@ impl Writer<'_> {
         for lift in graph.lifts() {
             self.lift(lift)?;
         }
+        if !graph.background().is_empty() {
+            writeln!(self.text, "\nBackground:")?;
+        }
+        for line in graph.background() {
+            self.background_line(line)?;
+        }
+        Ok(())
+    }
+
+    fn background_line(&mut self, line: &BackgroundLine) -> fmt::Result {
+        write!(self.text, "- {{Line: ")?;
+        self.points(line.points.iter().copied())?;
+        if let Some(level) = &line.level {
+            write!(self.text, ", Level: ")?;
+            self.quoted(level)?;
+        }
+        writeln!(self.text, "}}")
+    }
+
+    /// Writes a list of points, in the coordinates of the file.
+    fn points(&mut self, points: impl Iterator<Item = DVec2>) -> fmt::Result {
+        self.text.push('[');
+        for (index, point) in points.enumerate() {
+            let separator = if index == 0 { "" } else { ", " };
+            let DVec2 { x, y } = self.graph.origin() + point;
+            write!(self.text, "{separator}[{x:?}, {y:?}]")?;
+        }
+        self.text.push(']');
         Ok(())
     }
 
@@ -85,9 +112,8 @@ impl Writer<'_> {
         let edges: Vec<String> = edges.collect();
         write!(self.text, ", Edges: [{}]", edges.join(", "))?;
         if let Some(line) = door.line {
-            let [start, end] = line.map(|point| self.graph.origin() + point);
-            let (x, y) = (start.x, start.y);
-            write!(self.text, ", Line: [[{x:?}, {y:?}], [{:?}, {:?}]]", end.x, end.y)?;
+            write!(self.text, ", Line: ")?;
+            self.points(line.into_iter())?;
         }
         self.door_times(door.times)?;
         writeln!(self.text, "}}")
@@ -149,15 +175,9 @@ impl Writer<'_> {
     /// Writes the control points of a path. The end of each cubic is the start of the next, and is
     /// written once.
     fn control_points(&mut self, path: &Path) -> fmt::Result {
-        let origin = self.graph.origin();
         let inner = path.cubics().flat_map(|cubic| cubic.control_points.into_iter().skip(1));
-        write!(self.text, "CurveType: Bezier, ControlPoints: [")?;
-        for (index, point) in std::iter::once(path.start()).chain(inner).enumerate() {
-            let separator = if index == 0 { "" } else { ", " };
-            let DVec2 { x, y } = origin + point;
-            write!(self.text, "{separator}[{x:?}, {y:?}]")?;
-        }
-        write!(self.text, "]")
+        write!(self.text, "CurveType: Bezier, ControlPoints: ")?;
+        self.points(std::iter::once(path.start()).chain(inner))
     }
 
     fn node(&mut self, node: &Node) -> fmt::Result {

@@ -671,3 +671,16 @@ Edges:
     let both = forbidden(&corner("RotationAtOrigin: none, RotationAtDestination: none"));
     assert!(both.len() == 1 && both[0].contains("(and 1 more node: 3)"), "{both:?}");
 }
+
+#[test]
+fn lines_of_the_background_that_cannot_be_drawn_are_told() {
+    let graph = |line: &str| format!("{NODES}{EDGES}Background:\n- {{{line}}}\n");
+    assert_eq!(check(&graph("Line: [[0, 0], [1, 1], [2, 1]], Level: L1")), [""; 0]);
+    let few = "the Line of the background has 3 numbers: give two points [x, y] or more";
+    assert_only(&check(&graph("Line: [[0, 0], [1]]")), "7 error", few);
+    assert_only(&check(&graph("Level: L1")), "7 error", "has 0 numbers");
+    let unknown = "`colour` is not a key of a line of the background";
+    assert_only(&check(&graph("Line: [[0, 0], [1, 1]], colour: red")), "7 warning", unknown);
+    let far = check(&graph("Line: [[0, 0], [1e300, 1]]"));
+    assert_only(&far, "1 warning", "1 line of the background beyond ±15000 m: not drawn");
+}

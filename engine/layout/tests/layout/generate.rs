@@ -1,9 +1,10 @@
 //! Generated graphs of any size can be driven without end, and are the same each time.
 
+use glam::DVec2;
 use proptest::prelude::*;
 use regatta_layout::generate::{Grid, Warehouse};
 use regatta_layout::model::components::Components;
-use regatta_layout::{NodeIndex, ReadOptions, Role, RouteGraph};
+use regatta_layout::{BackgroundLine, NodeIndex, ReadOptions, Role, RouteGraph};
 
 #[track_caller]
 fn parse(text: &str) -> RouteGraph {
@@ -93,4 +94,31 @@ proptest! {
     fn grids_are_drivable(columns in 2u32..15, rows in 2u32..15, spacing in 10u32..60, one_way: bool) {
         assert_drivable(&parse(&Grid { columns, rows, spacing, one_way }.generate().unwrap()));
     }
+}
+
+#[test]
+fn racks_stand_between_the_ways_and_the_floor_is_around_them() {
+    let graph = parse(&Warehouse { aisles: 3, rows: 2, bays: 6 }.generate_with_chargers().unwrap());
+    let [floor, racks @ ..] = graph.background() else { panic!("no background") };
+    assert_eq!(racks.len(), 2 * 4 * 2, "an outline and the bays of each rack");
+    let inside = |line: &BackgroundLine, point: DVec2| {
+        let low = line.points.iter().copied().reduce(DVec2::min).unwrap();
+        let high = line.points.iter().copied().reduce(DVec2::max).unwrap();
+        point.cmpgt(low).all() && point.cmplt(high).all()
+    };
+    for edge in graph.edges() {
+        for step in 0..=20 {
+            let (point, _) = edge.path.at(f64::from(step) / 20.0);
+            assert!(inside(floor, point), "{point} is on the floor");
+            assert!(!racks.iter().any(|rack| inside(rack, point)), "{point} is in no rack");
+        }
+    }
+}
+
+#[test]
+fn the_background_of_a_large_graph_stays_within_what_readers_get() {
+    let graph = parse(&Warehouse { aisles: 400, rows: 20, bays: 20 }.generate().unwrap());
+    let points: usize = graph.background().iter().map(|line| line.points.len()).sum();
+    assert!(points < 250_000, "{points}");
+    assert!(graph.background().len() > 8000, "racks");
 }

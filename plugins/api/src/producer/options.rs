@@ -54,7 +54,7 @@ pub struct ProducerOptions {
 #[command(next_help_heading = "Processes")]
 pub struct LockstepOptions {
     /// Wait after each tick until these plugins have finished it, so that runs repeat bit by bit;
-    /// names are separated by commas or spaces and follow the scenario; `regatta run` takes
+    /// give the names after the scenario, separated by commas or spaces; `regatta run` takes
     /// `all` for those of the scenario
     #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
     pub names: Vec<String>,

@@ -65,7 +65,7 @@ numbered! {
         Stop = 2,
         /// The order was given to a robot.
         Assigned = 3,
-        /// The order was taken from its robot before the first pick.
+        /// The manager withdrew the order from its robot before the first pick.
         Withdrawn = 4,
         /// The robot stands at a stop. Its dwell begins, unless it waits there for an operator, for
         /// a place for its load, or until the station opens.

@@ -34,7 +34,7 @@ pub struct ExportArgs {
     /// Write one Parquet file, whatever its name
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,
-    /// Overwrite existing files
+    /// Replace files that exist
     #[arg(long)]
     pub(super) force: bool,
     /// Export only these robots: 1,5,7..9 selects 1, 5, 7, 8 and 9

@@ -10,6 +10,8 @@ const WALL = 4u;
 const WALL_PIXELS = vec2f(1.2, 3.0);
 const LINK = 5u;
 const LINK_PIXELS = vec2f(1.0, 1.2);
+// The least distance from the camera at which something has a place in the picture, in metres.
+const NEAR = 0.05;
 
 struct Bar {
     @builtin(position) clip: vec4f,
@@ -22,11 +24,16 @@ struct Bar {
 @vertex
 fn bar(@location(0) ends: vec4f, @location(1) colour: u32, @builtin(vertex_index) corner: u32) -> Bar {
     let is_end = corner >= 2u;
-    let local = vec3f(select(ends.xy, ends.zw, is_end) - view.origin.xy, 0.0);
-    let from_clip = clip_from(vec3f(ends.xy - view.origin.xy, 0.0));
-    let to_clip = clip_from(vec3f(ends.zw - view.origin.xy, 0.0));
-    // An end behind the camera has no place in the picture.
-    if min(from_clip.w, to_clip.w) < 0.05 {
+    let whole = array(ends.xy - view.origin.xy, ends.zw - view.origin.xy);
+    let distances = vec2f(clip_from(vec3f(whole[0], 0.0)).w, clip_from(vec3f(whole[1], 0.0)).w);
+    // An end behind the camera has no place in the picture: the bar begins where it comes into sight.
+    let behind = clamp((NEAR - distances) / max(distances.yx - distances, vec2f(1e-6)), vec2f(0.0), vec2f(1.0));
+    let from_local = vec3f(mix(whole[0], whole[1], behind.x), 0.0);
+    let to_local = vec3f(mix(whole[1], whole[0], behind.y), 0.0);
+    let local = select(from_local, to_local, is_end);
+    let from_clip = clip_from(from_local);
+    let to_clip = clip_from(to_local);
+    if max(distances.x, distances.y) < NEAR {
         return Bar(vec4f(2.0, 2.0, 2.0, 1.0), 0.0, 0.0, 0u);
     }
     let along = (to_clip.xy / to_clip.w - from_clip.xy / from_clip.w) * view.viewport.xy;

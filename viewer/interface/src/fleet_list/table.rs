@@ -23,7 +23,7 @@ pub(super) fn csv(
         let row = Row::new(context, frame, id, &levels);
         let index = id as usize;
         let activity = row.activity.map_or("absent", |activity| activity.name());
-        let edge = row.edge.map(|edge| edge.to_string()).unwrap_or_default();
+        let edge = row.edge.map(|(_, id)| id.to_string()).unwrap_or_default();
         let contact = match row.level {
             Some(ContactLevel::Touching) => "touching",
             Some(ContactLevel::Possible) => "possible",

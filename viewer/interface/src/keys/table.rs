@@ -61,7 +61,7 @@ const TIME: &[Shortcut] = &[
     shortcut(NONE, Key::X, Command::NextMark, "next mark (of a live run: note)"),
     shortcut(NONE, Key::Z, Command::PreviousMark, "previous mark"),
     shortcut(SHIFT, Key::N, Command::Note, "write a note at this time"),
-    shortcut(NONE, Key::Y, Command::Loop, "recording: repeat a part from, to, end"),
+    shortcut(NONE, Key::Y, Command::Loop, "recording: loop from here, to here, off"),
     shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
     shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
     shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),

@@ -111,14 +111,14 @@ fn the_list_of_a_million_robots_shows_the_rows_in_sight() {
         press(&mut harness, Key::PageDown);
     }
     assert!(harness.query_by_label("robot 999999").is_none(), "three pages further");
-    harness.get_by_label("sort by x").click();
+    harness.get_by_label("sort by speed").click();
     settle(&mut harness);
     let requested = harness.state().actions.iter().rev().find_map(|action| match action {
         Action::Rows(query) => Some(query.clone()),
         _ => None,
     });
     let query = requested.expect("rows are requested");
-    assert_eq!((query.sort, query.descending), (SortBy::X, false));
+    assert_eq!((query.sort, query.descending), (SortBy::Speed, false));
     harness.state_mut().rows = Some(Rows { query, ids: vec![42, 17, 4] });
     settle(&mut harness);
     harness.get_by_label("robot 17");
@@ -272,7 +272,7 @@ fn the_panel_tells_a_robots_work() {
     harness.get_by_label("robot 3").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(3)));
-    harness.get_by_label("dock 1").click();
+    harness.get_by_role_and_label(egui::accesskit::Role::Link, "dock 1").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selection.item, Some(Item::Node(0)));
 }

@@ -8,9 +8,10 @@ fn an_edge_and_its_nodes_link_to_each_other() {
     harness.state_mut().interface.select(Some(Item::Edge(0)));
     settle(&mut harness);
     harness.get_by_label("Edge 34");
-    harness.get_by_label("node 7").click();
+    harness.get_by_label("node dock 1").click();
     settle(&mut harness);
-    harness.get_by_label("Node 7");
+    harness.get_by_label("Node dock 1");
+    harness.get_by_label("7");
     harness.get_by_label("edge 34").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selection.item, Some(Item::Edge(0)));
@@ -176,7 +177,7 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
         trend: Trend::Growing,
     };
     press(&mut harness, Key::Num7);
-    harness.get_by_label("nobody has lost time");
+    harness.get_by_label("no robot has lost time");
     harness.get_by_label("since the start of the run");
     harness.state_mut().jams.known =
         Known { from_secs: 754.0, until_secs: 800.0, is_published: false };

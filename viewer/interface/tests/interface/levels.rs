@@ -74,7 +74,7 @@ fn a_click_into_another_part_moves_on_to_its_level_and_selects_there() {
 #[test]
 fn a_click_beside_all_levels_selects_nothing() {
     let (mut harness, parts) = side_by_side();
-    let at = pos2(parts[0].1.left() - 60.0, 200.0);
+    let at = pos2(parts[0].1.left() - 20.0, 200.0);
     assert!(at.x > 100.0, "the legend has room: {at}");
     harness.hover_at(at);
     settle(&mut harness);

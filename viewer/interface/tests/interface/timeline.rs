@@ -125,7 +125,7 @@ fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed()
     settle(&mut harness);
     harness.get_by_label("The engine has ended");
     harness.get_by_label(
-        "this is its last picture, at 01:23.46; a new one is shown as soon as it runs",
+        "this is its last picture, at 01:23.46; the next engine is shown as soon as it runs",
     );
 }
 
@@ -134,8 +134,9 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     let mut harness = harness(Fixture::new(5));
     assert!(harness.query_by_label("Timeline").is_none(), "the bar has to be asked for");
     press(&mut harness, Key::U);
-    harness
-        .get_by_label("the last 00:10.00\u{a0}are kept, up to ten minutes: 12\u{a0}of 256\u{a0}MB");
+    harness.get_by_label(
+        "00:10.00\u{a0}kept of at most ten minutes, in 12\u{a0}of at most 256\u{a0}MB",
+    );
     let bar = harness.get_by_label("Timeline").rect();
     harness.drag_at(bar.center());
     settle(&mut harness);

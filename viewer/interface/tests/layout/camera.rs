@@ -7,6 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use glam::{Vec2, Vec3};
 use regatta_interface::camera_controller::CameraController;
+use regatta_interface::overlay::LEGEND;
 use regatta_interface::settings::{LeftPanel, RightPanel};
 use regatta_interface::view_model::Item;
 use regatta_scene::camera::{Bounds, Camera, Window};
@@ -33,8 +34,8 @@ pub fn middle_of_free_part(harness: &Harness<'_, Fixture>) -> Vec2 {
     let mut left = fixture.panel("left").map_or(picture.left(), |panel| panel.right());
     let right = fixture.panel("right").map_or(picture.right(), |panel| panel.left());
     let bottom = fixture.panel("plots").map_or(picture.bottom(), |panel| panel.top());
-    // The legend's place.
-    left += if right - left >= 500.0 { 210.0 } else { 0.0 };
+    let legend = fixture.interface.placed().iter().find(|(name, _)| *name == LEGEND);
+    left = legend.map_or(left, |(_, place)| place.right() + 10.0);
     Vec2::new(left + right, picture.top() + bottom) / 2.0
 }
 
@@ -93,8 +94,8 @@ fn an_untouched_camera_is_fitted_anew_when_a_panel_opens_or_closes() {
         interface.camera_controller = CameraController::plan();
     });
     for (key, part) in [
-        (Key::Num1, 470.0..=1280.0),
-        (Key::Num4, 470.0..=1000.0),
+        (Key::Num1, 290.0..=1280.0),
+        (Key::Num4, 290.0..=1000.0),
         (Key::Num1, 0.0..=1000.0),
         (Key::Num4, 0.0..=1280.0),
     ] {
@@ -140,11 +141,11 @@ fn what_is_fitted_lies_between_the_panels() {
     harness.key_press(Key::O);
     harness.key_press(Key::Home);
     harness.run_steps(80);
-    is_between(&harness, 470.0..=1000.0);
+    is_between(&harness, 290.0..=1000.0);
     // And fills the part that is free when one closes.
     harness.key_press(Key::Num4);
     harness.run_steps(6);
-    is_between(&harness, 470.0..=1280.0);
+    is_between(&harness, 290.0..=1280.0);
 }
 
 #[test]
@@ -164,5 +165,47 @@ fn a_flight_leads_a_place_to_the_middle_of_a_part_of_the_picture() {
         assert!((at.x - 0.6).abs() < 0.01, "{at} {camera:?}");
         // Near the horizon, the ground is kilometres away there.
         assert!((at.y - 0.35).abs() < 0.01 || camera.pitch < 0.1, "{at} {camera:?}");
+    }
+}
+
+/// A small window with a panel on each side, as well as large ones.
+#[test]
+fn nothing_of_a_fitted_fleet_lies_under_the_legend() {
+    for (size, scale) in windows() {
+        let mut harness = harness(size, scale, |interface| {
+            interface.camera_controller = CameraController::plan();
+        });
+        for key in [Key::Num1, Key::Num4, Key::O, Key::Home] {
+            harness.key_press(key);
+            harness.run_steps(40);
+        }
+        let legend = harness.state().interface.placed().iter();
+        let legend = legend.clone().find(|(name, _)| *name == LEGEND).map(|(_, place)| *place);
+        let west = seen_at(&harness, Bounds::default().low.extend(0.0)).x;
+        assert!(legend.is_none_or(|legend| legend.right() <= west), "{size:?}: {legend:?}, {west}");
+    }
+}
+
+#[test]
+fn a_robot_that_is_selected_by_a_key_is_moved_from_under_the_panel() {
+    let robot = Vec3::new(3.0, 0.0, 0.25);
+    for (size, scale) in windows() {
+        let mut harness = harness_of(size, scale, |fixture| {
+            log_of(fixture, 4);
+            let target = robot - Vec3::new(14.0, 0.0, 0.0);
+            let camera = Camera { target, ..Camera::default().toggled_plan() };
+            fixture.interface.camera_controller = CameraController::new(camera, true);
+            fixture.interface.select(Some(Item::Robot(2)));
+        });
+        harness.run_steps(6);
+        let before = view(&harness).1.distance;
+        harness.key_press(Key::N);
+        harness.run_steps(80);
+        let fixture = harness.state();
+        let right = fixture.panel("right").map_or(size[0], |panel| panel.left());
+        let at = seen_at(&harness, robot);
+        assert!((0.0..right).contains(&at.x), "{size:?} at {scale}: {at}, panel at {right}");
+        let closer = view(&harness).1.distance / before;
+        assert!((closer - 1.0).abs() < 1e-3, "it comes no closer: {closer}");
     }
 }

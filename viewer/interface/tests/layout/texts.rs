@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 
 use egui::Key;
 use egui_kittest::Harness;
@@ -12,6 +11,9 @@ use regatta_interface::settings::{LeftPanel, RightPanel};
 use crate::checks::texts as painted;
 use crate::fixture::{Fixture, harness_of};
 use crate::states::{STATES, State};
+
+#[path = "../../../../tests/processes/texts.rs"]
+mod file;
 
 /// Texts, each with the first state that has it, and without its numbers.
 type Texts = BTreeMap<String, (String, String)>;
@@ -72,17 +74,15 @@ fn all() -> Texts {
     known
 }
 
-/// Writes the texts to `window.txt` in the folder for files of tests, for a person to read.
+/// Writes the texts into the file of all texts, for a person to read.
 #[test]
 fn texts_of_the_window_are_in_one_file_and_have_no_slips() {
     let known = all();
-    let mut file = String::new();
+    let mut lines = String::new();
     for (text, (state, _)) in &known {
-        writeln!(file, "{state:<20} {}", text.replace('\n', " ⏎ ")).expect("a text");
+        writeln!(lines, "{state:<20} {}", text.replace('\n', " ⏎ ")).expect("a text");
     }
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("window.txt");
-    std::fs::write(&path, file).expect("written");
-    println!("{} texts of the window are in {}", known.len(), path.display());
+    println!("{}", file::write("Window", &lines));
     assert!(known.len() > 120, "{}", known.len());
     for (text, (state, _)) in &known {
         // Columns of figures are aligned by two spaces.

@@ -8,7 +8,8 @@ use super::sections::Part;
 use super::{Content, Scope};
 use crate::model::finding::Subject;
 use crate::model::keys::{
-    DOOR_KEYS, EDGE_KEYS, Field, LIFT_KEYS, NODE_KEYS, STATION_KEYS, ZONE_KEYS, find,
+    BACKGROUND_KEYS, DOOR_KEYS, EDGE_KEYS, Field, LIFT_KEYS, NODE_KEYS, STATION_KEYS, ZONE_KEYS,
+    find,
 };
 use crate::model::value::{Value, shorten};
 use crate::model::values::Values;
@@ -32,7 +33,7 @@ enum RootKey {
 }
 
 /// The names of the root keys, normalized as by [`find`].
-const ROOT_KEYS: [(&str, RootKey); 9] = [
+const ROOT_KEYS: [(&str, RootKey); 10] = [
     ("edges", RootKey::List(Scope::Edge)),
     ("vertices", RootKey::List(Scope::Node)),
     ("nodes", RootKey::List(Scope::Node)),
@@ -40,6 +41,7 @@ const ROOT_KEYS: [(&str, RootKey); 9] = [
     ("zones", RootKey::List(Scope::Zone)),
     ("doors", RootKey::List(Scope::Door)),
     ("lifts", RootKey::List(Scope::Lift)),
+    ("background", RootKey::List(Scope::Background)),
     ("angleunit", RootKey::AngleUnit),
     ("handles", RootKey::Handles),
 ];
@@ -169,6 +171,7 @@ impl<'text> Reader<'text> {
                     Scope::Zone => ("zone", Subject::File),
                     Scope::Door => ("door", Subject::File),
                     Scope::Lift => ("lift", Subject::File),
+                    Scope::Background => ("background line", Subject::File),
                     Scope::Node | Scope::File => ("node", Subject::Node(None)),
                 };
                 let found = Value::from(other);
@@ -194,6 +197,7 @@ impl<'text> Reader<'text> {
             Scope::Zone => graph.zones.extend(values.zone(report)),
             Scope::Door => graph.doors.extend(values.door(report)),
             Scope::Lift => graph.lifts.extend(values.lift(report)),
+            Scope::Background => graph.background.extend(values.background_line(report)),
             Scope::Node | Scope::File => graph.nodes.push(values.node(report)),
         }
     }
@@ -206,6 +210,7 @@ impl<'text> Reader<'text> {
             Scope::Zone => &ZONE_KEYS,
             Scope::Door => &DOOR_KEYS,
             Scope::Lift => &LIFT_KEYS,
+            Scope::Background => &BACKGROUND_KEYS,
             Scope::Node | Scope::File => &NODE_KEYS,
         };
         let Some(field) = find(keys, &key.name) else {
