@@ -47,7 +47,8 @@ pub fn svg(graph: &RouteGraph) -> String {
 /// As [`svg`], with a certificate of the graph. Bands under the edges are single tracks (dead ends
 /// in red, all others in yellow), parts that are cut off (grey), and edges that are too slow to be
 /// ways (blue). Circles are around stations that block a through road (orange), and around the
-/// nodes of the smallest ring of robots that may all wait (magenta). A legend names those there.
+/// nodes of the smallest ring of three robots or more that may all wait, or of two (magenta). A
+/// legend names those there.
 pub fn svg_with_traffic(graph: &RouteGraph, certificate: &Certificate) -> String {
     Map::new(graph).write(Some(certificate))
 }

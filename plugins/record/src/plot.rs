@@ -1,5 +1,5 @@
-//! Draws one robot's track in a recording: its path on the map, and its pose, speed and state over
-//! time.
+//! Draws one robot's track in a recording: its path on the map, and its pose, speed and activity
+//! over time.
 
 mod axis;
 mod charts;
@@ -12,6 +12,9 @@ use std::time::Duration;
 
 use clap::Args;
 use glam::DVec2;
+use regatta_plugin::activity::Activity;
+use regatta_plugin::column::ACTIVITY;
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::CurveRecord;
 
 use crate::arguments::path_parser;
@@ -112,7 +115,8 @@ struct Sample {
     theta: f64,
     /// The speed in metres per second.
     speed: f64,
-    state: u8,
+    /// By its state, and by the fleet manager's column if that is recorded.
+    activity: Option<Activity>,
 }
 
 /// A robot's track. A new segment starts with each run, and when the robot is present again after
@@ -183,7 +187,9 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
     let mut progress = Progress::start("plot");
     let mut track = Track { segments: Vec::new(), curves: Vec::new() };
     let (mut run, mut was_present, mut most_robots) = (None, false, 0);
-    for_each_snapshot(recording, &[], &span, |snapshot| -> Result<(), PlotError> {
+    let names = recording.topics().into_iter().filter_map(|topic| topic.column().cloned());
+    let columns: Vec<_> = names.filter(|name| name.as_str() == ACTIVITY.name()).collect();
+    for_each_snapshot(recording, &columns, &span, |snapshot| -> Result<(), PlotError> {
         progress.report(span.done(snapshot.time))?;
         most_robots = most_robots.max(snapshot.len());
         let row = snapshot.row(args.robot as usize);
@@ -197,7 +203,8 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
             track.segments.push(Vec::new());
         }
         if let (Some(row), Some(segment)) = (row, track.segments.last_mut()) {
-            segment.push(sample(snapshot.time, &row));
+            let published = snapshot.column(0, args.robot as usize);
+            segment.push(sample(snapshot.time, &row, published.and_then(Activity::from_value)));
         }
         Ok(())
     })?;
@@ -213,13 +220,13 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
     Ok(track)
 }
 
-fn sample(time: Duration, row: &Row) -> Sample {
+fn sample(time: Duration, row: &Row, published: Option<Activity>) -> Sample {
     Sample {
         time: time.as_secs_f64(),
         position: DVec2::new(row.x.into(), row.y.into()),
         theta: row.theta.into(),
         speed: row.speed.into(),
-        state: row.state,
+        activity: Activity::of(RobotState::from_number(row.state), published),
     }
 }
 
@@ -261,7 +268,7 @@ mod tests {
                 position: DVec2::new(time, (time / 3.0).sin()),
                 theta: theta(time),
                 speed: 1.0,
-                state: 1,
+                activity: Some(Activity::Driving),
             }
         };
         (0..100).map(sample).collect()
@@ -291,7 +298,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_never_moves_is_drawn() {
-        let still = Sample { time: 5.0, position: DVec2::ONE, theta: 0.0, speed: 0.0, state: 0 };
+        let still = Sample { time: 5.0, position: DVec2::ONE, theta: 0.0, speed: 0.0, activity: None };
         let svg = picture(
             &Track { segments: vec![vec![still]], curves: Vec::new() },
             "Robot 1",

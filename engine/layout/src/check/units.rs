@@ -28,7 +28,7 @@ pub(crate) fn check(raw: &RawGraph, report: &mut Report<'_>) -> bool {
     };
     let meant = size * unit.metres();
     let message = format!(
-        "the layout is {:.0} m × {:.0} m, and half of its edges have {median:.0} m or more: \
+        "the nodes lie in {:.0} m × {:.0} m, and half of the edges have {median:.0} m or more: \
          these look like {name} ({:.1} m × {:.1} m); if they are, give `--units {}`",
         size.x,
         size.y,

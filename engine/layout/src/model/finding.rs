@@ -55,7 +55,7 @@ pub struct Finding {
     pub message: String,
 }
 
-/// All findings about one file, in the order of their lines.
+/// All findings about one file and a second one that belongs to it, in the order of their lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
     list: Vec<Finding>,
@@ -67,6 +67,8 @@ pub struct Findings {
 pub(crate) struct Report<'text> {
     file: String,
     lines: LineIndex<'text>,
+    /// A second file, such as the one with the other table.
+    other: Option<Arc<OtherFile>>,
     found: Findings,
 }
 
@@ -132,12 +134,23 @@ impl Findings {
 
 impl<'text> Report<'text> {
     pub fn new(file: &str, text: &'text str) -> Self {
-        Self { file: file.to_owned(), lines: LineIndex::new(text), found: Findings::default() }
+        let lines = LineIndex::new(text);
+        Self { file: file.to_owned(), lines, other: None, found: Findings::default() }
+    }
+
+    /// Adds a second file. Returns the number by which places in it exceed their byte offsets.
+    pub fn add_file(&mut self, name: String, text: &str) -> u32 {
+        let base = self.lines.text.len() as u32 + 1;
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let line_ends = ends.map(|(at, _)| at as u32).collect();
+        self.other = Some(Arc::new(OtherFile { name, base, line_ends }));
+        base
     }
 
     /// Returns a report about the same file, without findings.
     pub fn empty(&self) -> Self {
-        Self { file: self.file.clone(), lines: self.lines.clone(), found: Findings::default() }
+        let (file, lines, other) = (self.file.clone(), self.lines.clone(), self.other.clone());
+        Self { file, lines, other, found: Findings::default() }
     }
 
     /// Adds the findings of another report about the same file.
@@ -191,7 +204,10 @@ impl<'text> Report<'text> {
         };
         *count += 1;
         if *count <= MAX_LISTED {
-            let (file, line) = (self.file.clone(), self.lines.line(at));
+            let (file, line) = match self.other.as_ref().filter(|other| at >= other.base) {
+                Some(other) => (other.name.clone(), other.line(at)),
+                None => (self.file.clone(), self.lines.line(at)),
+            };
             let message = with_short_numbers(message);
             self.found.list.push(Finding { severity, kind, file, line, subject, message });
         }
@@ -216,10 +232,27 @@ impl<'text> Report<'text> {
         self.found.errors > 0
     }
 
-    /// Returns the findings by line; those of one line in the order in which they were found.
+    /// Returns the findings by line, those in a second file last; those of one line in the order in
+    /// which they were found.
     pub fn into_findings(mut self) -> Findings {
-        self.found.list.sort_by_key(|finding| finding.line);
+        self.found.list.sort_by_key(|finding| (finding.file != self.file, finding.line));
         self.found
+    }
+}
+
+/// A second file that findings may be about.
+struct OtherFile {
+    name: String,
+    /// The place of its first byte.
+    base: u32,
+    /// The byte offsets of its line ends.
+    line_ends: Vec<u32>,
+}
+
+impl OtherFile {
+    /// Returns the line, from 1, of a place.
+    fn line(&self, at: u32) -> u32 {
+        1 + self.line_ends.partition_point(|end| *end < at - self.base) as u32
     }
 }
 

@@ -65,11 +65,10 @@ pub(crate) fn read<'text>(
 struct Reader<'r, 'text> {
     report: &'r mut Report<'text>,
     ignored: Ignored,
-    /// By message: the byte offset and the text of its first occurrence, and the number of
-    /// occurrences.
-    warnings: BTreeMap<String, ((u32, String), usize)>,
-    /// The name of the second file while it is read.
-    other: Option<String>,
+    /// By message: the place of its first occurrence, and the number of occurrences.
+    warnings: BTreeMap<String, (u32, usize)>,
+    /// The second file while it is read.
+    other: Option<Other>,
     /// The metres of one unit, for columns without a unit.
     scale: f64,
     nodes: Vec<LayoutNode>,
@@ -77,6 +76,13 @@ struct Reader<'r, 'text> {
     /// Whether the table of nodes, and that of edges, have rows, also with errors.
     has_nodes: bool,
     has_edges: bool,
+}
+
+/// The second file, with the other table.
+struct Other {
+    name: String,
+    /// The number by which its places exceed byte offsets.
+    base: u32,
 }
 
 /// The place of a row.
@@ -237,11 +243,14 @@ impl Reader<'_, '_> {
             return self.missing(&message);
         };
         let text = read_file(&file).map_err(|error| self.syntax(1, &error.to_string()))?;
-        self.other = Some(file.display().to_string());
-        if let Some((line, message)) = SourceText::from(&text).doubt() {
-            self.warning(Place { at: 0, line: line as u64 }, message);
+        let (name, doubt) = (file.display().to_string(), SourceText::from(&text).doubt());
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        self.other = Some(Other { base: self.report.add_file(name.clone(), text), name });
+        if let Some((line, message)) = doubt {
+            let before = text.split_inclusive('\n').take(line - 1).map(str::len).sum::<usize>();
+            self.warning(Place { at: before as u32, line: line as u64 }, message);
         }
-        let result = self.file(text.strip_prefix('\u{feff}').unwrap_or(&text));
+        let result = self.file(text);
         self.other = None;
         result
     }
@@ -312,7 +321,7 @@ impl Reader<'_, '_> {
     }
 
     fn error(&mut self, place: Place, message: &str) {
-        let (at, message) = self.located(place, message);
+        let at = self.at(place);
         self.report.file_error(at, message);
     }
 
@@ -321,33 +330,25 @@ impl Reader<'_, '_> {
         if let Some((_, count)) = self.warnings.get_mut(message) {
             *count += 1;
         } else if self.warnings.len() < MAX_WARNINGS {
-            let (at, located) = self.located(place, message);
-            self.warnings.insert(message.to_owned(), ((at, located), 1));
+            self.warnings.insert(message.to_owned(), (self.at(place), 1));
         }
     }
 
     fn report_warnings(&mut self) {
-        for ((at, message), count) in std::mem::take(&mut self.warnings).into_values() {
+        for (message, (at, count)) in std::mem::take(&mut self.warnings) {
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
             self.report.file_warning(at, message + &times);
         }
     }
 
-    /// Messages about the second file name it, since findings have places in the first.
-    fn located(&self, place: Place, message: &str) -> (u32, String) {
-        match &self.other {
-            Some(name) => (0, format!("{name}:{}: {message}", place.line)),
-            None => (place.at, message.to_owned()),
-        }
-    }
-
+    /// Returns the place of a row for findings, which may be in the second file.
     fn at(&self, place: Place) -> u32 {
-        if self.other.is_some() { 0 } else { place.at }
+        place.at + self.other.as_ref().map_or(0, |other| other.base)
     }
 
     fn syntax(&self, line: u64, message: &str) -> SyntaxError {
         match &self.other {
-            Some(name) => SyntaxError::new(1, format!("{name}:{line}: {message}")),
+            Some(other) => SyntaxError::new(1, format!("{}:{line}: {message}", other.name)),
             None => SyntaxError::new(line as usize, message),
         }
     }

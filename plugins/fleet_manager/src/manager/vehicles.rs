@@ -85,6 +85,8 @@ impl Manager {
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             // At a door, or a lift.
             _ if state.awaits_release && order.is_some() => Activity::Waiting,
+            // Until roads are open again.
+            _ if state.is_unreachable() && order.is_some() => Activity::Waiting,
             _ if self.charging.is_charging(robot) => Activity::Charging,
             _ => match order {
                 Some(order) if order.is_bound => Activity::Carrying,

@@ -1,10 +1,9 @@
-//! Charts of x, y, heading and speed over time, one below the other, and a band of the robot's
-//! states.
+//! Charts of x, y, heading and speed over time, one below the other, and a band of what the robot
+//! does.
 
 use glam::DVec2;
 use regatta_base::svg::Svg;
 use regatta_plugin::activity::{Activity, Ground};
-use regatta_plugin::frame::RobotState;
 
 use super::axis::{Scale, label, range};
 use super::svg::{Area, polyline};
@@ -12,9 +11,9 @@ use super::{Sample, Track};
 
 /// The space between two charts, in pixels.
 const GAP: f64 = 34.0;
-/// The height of the band of states, in pixels.
+/// The height of the band of activities, in pixels.
 const BAND: f64 = 12.0;
-/// The space above the band of states, in pixels.
+/// The space above the band of activities, in pixels.
 const BAND_GAP: f64 = 26.0;
 
 /// A chart of one value over time.
@@ -61,22 +60,9 @@ const CHARTS: [Chart; 4] = [
     },
 ];
 
-/// The states in the order of the legend.
-const STATES: [RobotState; RobotState::COUNT] = [
-    RobotState::Idle,
-    RobotState::Driving,
-    RobotState::Turning,
-    RobotState::Waiting,
-    RobotState::Held,
-    RobotState::Stalled,
-    RobotState::Broken,
-    RobotState::Faulted,
-];
-
-/// Returns the colour of a state: that of its activity.
-fn colour(state: RobotState) -> String {
-    let colour = Activity::of_state(state).map(|activity| activity.colour(Ground::Light));
-    format!("#{:06x}", colour.unwrap_or_default())
+/// Returns the colour of an activity.
+fn colour(activity: Activity) -> String {
+    format!("#{:06x}", activity.colour(Ground::Light))
 }
 
 pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
@@ -88,7 +74,7 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
         let top = area.top + i as f64 * (height + GAP);
         chart.draw(svg, Area { top, bottom: top + height, ..area }, &times, track);
     }
-    draw_states(svg, Area { top: area.bottom - BAND, ..area }, &times, track);
+    draw_activities(svg, Area { top: area.bottom - BAND, ..area }, &times, track);
     let ticks = times.ticks(64.0);
     for tick in &ticks {
         svg.text(DVec2::new(times.at(*tick), area.bottom + 18.0))
@@ -154,27 +140,27 @@ fn quarter_turns(range: f64) -> f64 {
     step
 }
 
-/// Draws a band of the states' colours, with a legend.
-fn draw_states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
+/// Draws a band of the colours of activities, with a legend.
+fn draw_activities(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
     for segment in &track.segments {
-        for part in segment.chunk_by(|one, next| one.state == next.state) {
+        for part in segment.chunk_by(|one, next| one.activity == next.activity) {
             let (left, right) = (times.at(part[0].time), times.at(part[part.len() - 1].time));
-            let state = STATES.into_iter().find(|state| *state as u8 == part[0].state);
-            if let Some(state) = state {
-                // At least two pixels wide, so that a short state is visible.
+            if let Some(activity) = part[0].activity {
+                // At least two pixels wide, so that a short activity is visible.
                 let right = right.max(left + 2.0).min(area.right);
-                Area { left, right, ..area }.rect(svg).fill(colour(state));
+                Area { left, right, ..area }.rect(svg).fill(colour(activity));
             }
         }
     }
     svg.text(DVec2::new(area.left, area.top - 9.0)).class("name").content("activity");
     let mut left = area.left + 60.0;
-    for state in STATES {
-        if track.samples().any(|sample| sample.state == state as u8) {
+    for activity in Activity::ALL {
+        if track.samples().any(|sample| sample.activity == Some(activity)) {
             let (right, top, bottom) = (left + 10.0, area.top - 18.0, area.top - 8.0);
-            Area { left, right, top, bottom }.rect(svg).fill(colour(state));
-            svg.text(DVec2::new(left + 15.0, area.top - 9.0)).class("about").content(state.name());
-            left += 28.0 + 7.5 * state.name().len() as f64;
+            Area { left, right, top, bottom }.rect(svg).fill(colour(activity));
+            let name = activity.name();
+            svg.text(DVec2::new(left + 15.0, area.top - 9.0)).class("about").content(name);
+            left += 28.0 + 7.5 * name.len() as f64;
         }
     }
 }
