@@ -101,7 +101,7 @@ const CLOCK_HZ: f64 = 100.0;
 
 /// Returns the processor time in seconds of all child processes that have ended, which other
 /// programs on the machine hardly change; `None` if the system doesn't tell it.
-fn processor_secs() -> Option<f64> {
+pub fn processor_secs() -> Option<f64> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     // The name of the program, in parentheses, may contain anything.
     let (_, fields) = stat.rsplit_once(')')?;

@@ -58,7 +58,7 @@ fn an_aisle_of_the_wrong_direction_comes_first() {
 
 #[test]
 fn a_track_without_a_place_to_pass_comes_first() {
-    check_first("track", 10, "30min", &json!({"second_track": [1, 13, 14, 7]}));
+    check_first("track", 10, "30min", &json!({"second_track": [1, 17, 18, 9]}));
 }
 
 #[test]

@@ -7,6 +7,9 @@ use crate::relief::race::{Race, Round, Standing};
 use crate::relief::{Candidate, Measure, Relief, Reliefs, Site, candidates};
 use crate::sweep::Point;
 
+/// The most candidates that are looked at: of a large plant, most places are alike.
+const LOOKED_AT: usize = 60;
+
 impl Conductor<'_> {
     /// Tries the candidates for reliefs; `None` if none are asked for.
     pub(super) fn relieve(
@@ -22,14 +25,16 @@ impl Conductor<'_> {
         let Chosen { edges, bottlenecks, .. } = chosen;
         let site = Site::new(base.variant, point, edges, &outcomes, bottlenecks);
         let (mut field, mut variants, mut others) = (Vec::new(), Vec::new(), Vec::new());
-        for candidate in candidates(&site) {
-            match candidate.applied(base.variant).filter(|_| field.len() < self.plan.reliefs) {
-                Some(variant) if variant.check(self.plan.time.rate_hz).is_ok() => {
-                    field.push(candidate);
-                    variants.push(variant);
-                }
-                _ if field.len() == self.plan.reliefs => others.push(candidate),
-                _ => {}
+        for candidate in candidates(&site).into_iter().take(LOOKED_AT) {
+            if field.len() == self.plan.reliefs {
+                others.push(candidate);
+                continue;
+            }
+            let variant = candidate.applied(base.variant);
+            let rate_hz = self.plan.time.rate_hz;
+            if let Some(variant) = variant.filter(|variant| variant.check(rate_hz).is_ok()) {
+                field.push(candidate);
+                variants.push(variant);
             }
         }
         let measure = Measure::of(self.plan, base.variant, point);
