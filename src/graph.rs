@@ -276,9 +276,13 @@ impl FileArgs {
     }
 
     fn read(&self) -> Result<RouteGraph, Failure> {
+        Ok(self.read_with_findings()?.0)
+    }
+
+    fn read_with_findings(&self) -> Result<(RouteGraph, regatta_layout::Findings), Failure> {
         let text = self.text()?;
         match regatta_layout::parse(&text, &self.name(), &self.options()) {
-            Ok((graph, _)) => Ok(graph),
+            Ok(read) => Ok(read),
             Err(_) if is_scenario(&text) => Err(format!(
                 "{}: this is a scenario; give the route graph that it names",
                 self.name()

@@ -70,7 +70,7 @@ pub struct StudyArgs {
     /// Add the bound: the same robots, driving through each other
     #[arg(long, help_heading = QUESTION)]
     bound: bool,
-    /// Number of bottlenecks to relieve [default: 3; with targets, 0]
+    /// Number of changes to try that may help, in a race [default: 6; with targets, 0]
     #[arg(long, value_name = "N", help_heading = QUESTION)]
     reliefs: Option<usize>,
     /// Ticks and frames per simulated second

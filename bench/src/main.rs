@@ -2,6 +2,7 @@
 //! `regatta`. Every command writes Markdown and JSON; `management` and `scaling` also draw
 //! an SVG plot.
 
+mod day;
 mod management;
 mod plants;
 mod reading;
@@ -32,6 +33,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Measure a day of 20,000 orders in one run, and whether the parts of each order's time add up.
+    Day(day::DayArgs),
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),
     /// Measure planners of the fleet manager on many plants: throughput, standstills, contacts.
@@ -82,6 +85,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         None => Program::beside_this()?,
     };
     match &cli.command {
+        Command::Day(args) => day::run(&program, args),
         Command::Management(args) => management::run(&program, args),
         Command::Plants(args) => plants::run(&program, args),
         Command::Reading(args) => reading::run(&program, args),

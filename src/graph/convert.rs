@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use regatta_layout::{Format, parse_fixed, write};
+use regatta_layout::{FindingKind, Format, Subject, parse_fixed, write};
 
 use super::FileArgs;
 use crate::failure::Failure;
@@ -10,7 +10,7 @@ use crate::output::{Destination, Force};
 use crate::progress::Progress;
 
 /// Reads a layout and writes it in the format `to`, or in that of the output's ending. Lists the
-/// losses on standard error.
+/// losses on standard error: those of reading, and those of writing.
 pub fn run(
     file: &FileArgs,
     output: &Destination,
@@ -20,12 +20,18 @@ pub fn run(
     let format = to.map_or_else(|| format_of(output), Ok)?;
     output.check(force)?;
     let progress = Progress::start(format!("reading {}", file.name()), 0);
-    let graph = file.read()?;
+    let (graph, findings) = file.read_with_findings()?;
     progress.set_current("writing");
     let written = write(&graph, format).ok_or_else(|| {
         format!("graphs can't be written as {format}: use regatta, lif, nav2 or opentcs")
     })?;
     drop(progress);
+    // The output lacks what the reader left out.
+    for finding in findings.as_slice().iter().filter(|finding| finding.subject == Subject::File) {
+        if finding.kind == FindingKind::General {
+            regatta_plugin::tell!("{finding}");
+        }
+    }
     print_losses(format, &written.losses);
     output.write(&written.text, force)
 }

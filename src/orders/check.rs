@@ -22,6 +22,8 @@ const FOUND: u8 = 1;
 /// The most flows of the text; JSON has all.
 const MOST_FLOWS: usize = 20;
 const HOUR_SECS: f64 = 3600.0;
+/// The shortest time that is told in minutes, in seconds.
+const LEAST_IN_MINUTES: f64 = 600.0;
 
 /// Checks a file against the stations of a plant.
 pub fn run(
@@ -50,7 +52,7 @@ struct Check {
     problems: Vec<(usize, String)>,
     /// Orders by the hour of their creation; hours without one aren't there.
     hours: BTreeMap<u64, u64>,
-    /// Orders by their first and last stations.
+    /// Orders by two stops that follow each other.
     flows: BTreeMap<[String; 2], u64>,
     /// The time without an order that is the longest between two orders: its begin and its end.
     gap: Option<[f64; 2]>,
@@ -61,12 +63,14 @@ impl Check {
         let problems = table.problems.iter().map(|error| (error.line, error.reason.clone()));
         let mut problems: Vec<(usize, String)> = problems.collect();
         let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
-        let mut times = Vec::new();
+        let (mut times, mut names) = (Vec::new(), BTreeMap::new());
         for order in &table.orders {
             problems.extend(problems_of(order, places));
             problems.extend(stops_without_way(order, places, cut_off));
             *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
-            *flows.entry(ends(order)).or_default() += 1;
+            for [from, to] in stops(order, places, &mut names).array_windows() {
+                *flows.entry([from.clone(), to.clone()]).or_default() += 1;
+            }
             times.push(order.secs);
         }
         problems.sort_by_key(|(line, _)| *line);
@@ -179,9 +183,10 @@ impl Check {
     }
 }
 
-/// Returns a time in minutes, hours or days.
+/// Returns a time in seconds, minutes, hours or days.
 fn in_words(secs: f64) -> String {
     match secs / HOUR_SECS {
+        _ if secs < LEAST_IN_MINUTES => format!("{secs:.0} s"),
         ..10.0 => format!("{:.0} min", secs / 60.0),
         hours @ ..48.0 => format!("{hours:.1} h"),
         hours => format!("{:.0} days", hours / 24.0),
@@ -246,9 +251,16 @@ fn stops_without_way(
     found
 }
 
-/// The first and the last station of an order.
-fn ends(order: &TimedDraft) -> [String; 2] {
-    let stops = &order.draft.destinations;
-    [stops.first(), stops.last()]
-        .map(|stop| stop.map(|stop| stop.location_name.to_string()).unwrap_or_default())
+/// The stops of an order. A node that the file calls by its name and by its id has the one that
+/// came first: `names` has it by node.
+fn stops(order: &TimedDraft, places: &Places, names: &mut BTreeMap<u32, String>) -> Vec<String> {
+    let mut stops = Vec::new();
+    for stop in &order.draft.destinations {
+        let name = stop.location_name.to_string();
+        stops.push(match places.find(&name) {
+            Some(node) => names.entry(node).or_insert(name).clone(),
+            None => name,
+        });
+    }
+    stops
 }

@@ -26,7 +26,7 @@ use crate::{trust, version};
 /// The shortest and the longest run, in seconds.
 const RUN_SECS: std::ops::RangeInclusive<u64> = 120..=7 * 24 * 3600;
 const DEFAULT_SECS: u64 = 1800;
-const DEFAULT_RELIEFS: usize = 3;
+const DEFAULT_RELIEFS: usize = 6;
 /// The largest number of robots that is tried if none is asked for.
 const MOST_ROBOTS: u32 = 1000;
 
@@ -48,7 +48,7 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let title = file.as_ref().and_then(|file| file.title.clone()).unwrap_or_else(|| title(&plant));
     let robots = args.robots.clone().or_else(|| file.as_ref()?.robots.clone());
     let question = question(args, file.as_ref());
-    // Orders an hour, by which reliefs are compared, aren't what targets are about.
+    // Runs of a day take long: those of reliefs are asked for.
     let default_reliefs = if question == Question::Knee { DEFAULT_RELIEFS } else { 0 };
     let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(default_reliefs);
     let day_args = day_args(args, file.as_ref())?;

@@ -1,4 +1,4 @@
-//! The answer of a study: curves, their knees, bottlenecks with their reliefs, and comparisons.
+//! The answer of a study: curves, their knees, bottlenecks, reliefs, and comparisons.
 
 mod comparison;
 mod cost;
@@ -17,6 +17,7 @@ use crate::certificate::certificate;
 use crate::job::{Ending, Manager, layout_name};
 use crate::outcome::EdgeOutcome;
 use crate::plan::{FleetType, Input, Plan, Precision, Prices, Target, Variant};
+use crate::relief::Reliefs;
 use crate::statistics::Interval;
 use crate::sweep::{Curve, Known};
 use crate::workers::RunFailure;
@@ -27,6 +28,7 @@ pub use least::{Binding, LeastAnswer, TargetAnswer};
 pub use no_room::NoRoom;
 pub use peaks::{BacklogAnswer, HourAnswer, MeanHour, PeaksAnswer, Spread};
 pub use point::{PointAnswer, RunAnswer};
+pub(crate) use time::node_name;
 pub use time::{GroupTime, PartAnswer, TimeAnswer};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
@@ -59,6 +61,9 @@ pub struct Answer {
 pub struct Chosen {
     /// The places that robots wait for, the worst first.
     pub bottlenecks: Vec<Bottleneck>,
+    /// The changes that were tried to relieve it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reliefs: Option<Reliefs>,
     /// The edges: means over the runs.
     pub edges: Vec<EdgeOutcome>,
     /// The time of the orders.
@@ -216,7 +221,7 @@ impl Answer {
     /// don't fit on the layout are an answer.
     pub fn has_failures(&self) -> bool {
         self.variants.iter().any(|variant| !variant.failed.is_empty())
-            || self.chosen.bottlenecks.iter().any(|bottleneck| bottleneck.failure.is_some())
+            || self.chosen.reliefs.iter().any(Reliefs::has_failures)
     }
 }
 

@@ -1,22 +1,16 @@
-//! Bottlenecks: the places that robots wait for, and the effect of relieving them.
+//! Bottlenecks: the places that robots wait for.
 
 use std::collections::BTreeMap;
 
-use regatta_layout::{EdgeChange, EdgeIndex, NodeIndex, RouteGraph};
+use regatta_layout::{EdgeIndex, NodeIndex, RouteGraph};
 use serde::Serialize;
 
-use crate::answer::Difference;
 use crate::outcome::EdgeOutcome;
 use crate::plan::Variant;
+use crate::relief::Remedy;
 
 /// The number of bottlenecks in an answer.
 const LISTED: usize = 10;
-/// The factor of the speed on edges whose speed is raised.
-const FASTER: f64 = 1.5;
-/// The room beside a robot on a doubled edge, in metres, so that robots on both edges don't touch
-/// in their middles.
-const CLEARANCE: f64 = 0.6;
-
 /// A node that robots wait for, wherever they stand.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bottleneck {
@@ -36,30 +30,6 @@ pub struct Bottleneck {
     /// The doors and lifts that all of these edges lead through: robots wait for them, too.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub facilities: Vec<String>,
-    /// The change that may relieve it.
-    pub remedy: Option<Remedy>,
-    /// The effect of the remedy, if it was tried.
-    pub relief: Option<Relief>,
-    /// The failure of a run with the remedy.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
-}
-
-/// A change of the layout that may relieve a bottleneck.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Remedy {
-    /// The speed limits of these edges are raised by half.
-    Faster(Vec<u32>),
-    /// There is a second edge beside this one.
-    Second(u32),
-}
-
-/// The effect of a remedy.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Relief {
-    /// The difference at the knee.
-    pub difference: Difference,
 }
 
 /// Returns the places that robots wait for the most. `edges` are the figures of runs of `secs`
@@ -86,11 +56,6 @@ pub fn bottlenecks(
             let sum: f64 = waited.iter().map(|edge| edge.caused_secs).sum();
             let place = graph.node(node);
             let facilities = facilities(graph, &waited);
-            let remedy = match facilities.is_empty() {
-                true => remedy(variant, node, &waited, edges),
-                // Faster edges don't open a door, nor call a cabin.
-                false => None,
-            };
             Bottleneck {
                 node: place.id,
                 name: place.name().map(str::to_owned),
@@ -99,9 +64,6 @@ pub fn bottlenecks(
                 robots_waiting: sum / secs as f64,
                 share: sum / total,
                 facilities,
-                remedy,
-                relief: None,
-                failure: None,
             }
         })
         .collect();
@@ -146,16 +108,20 @@ fn is_ride(graph: &RouteGraph, index: EdgeIndex) -> bool {
     graph.lifts().iter().any(|lift| lift.rides.contains(&index))
 }
 
-/// Returns a remedy for a node: faster edges, if robots can drive faster than these allow, or else
-/// a second edge beside the one that robots are kept out of the most, or else beside the one by
-/// which most robots leave the node.
-fn remedy(
+/// Returns a remedy for the roads at a bottleneck: faster edges, if robots can drive faster than
+/// these allow, or else a second edge beside the one that robots are kept out of the most, or else
+/// beside the one by which most robots leave the node. `None` behind a door or a lift: faster edges
+/// don't open a door, nor call a cabin.
+pub(crate) fn remedy(
     variant: &Variant,
-    node: NodeIndex,
-    kept_out: &[EdgeOutcome],
-    edges: &[EdgeOutcome],
+    bottleneck: &Bottleneck,
+    edges: &BTreeMap<u32, EdgeOutcome>,
 ) -> Option<Remedy> {
     let graph: &RouteGraph = &variant.graph;
+    let node = graph.node_by_id(bottleneck.node)?;
+    if !bottleneck.facilities.is_empty() {
+        return None;
+    }
     let max_speed = variant.max_speed();
     let mut slow = Vec::new();
     for (index, edge) in (0..).map(EdgeIndex).zip(graph.edges()) {
@@ -168,37 +134,20 @@ fn remedy(
         return Some(Remedy::Faster(slow));
     }
     // An edge of several curves can't be doubled.
-    for edge in kept_out {
-        let edge = graph.edge(graph.edge_by_id(edge.edge)?);
+    for id in &bottleneck.edges {
+        let edge = graph.edge(graph.edge_by_id(*id)?);
         if edge.path.single().is_some() {
             return Some(Remedy::Second(edge.id));
         }
     }
+    let entered = |id: u32| edges.get(&id).map_or(0.0, |edge| edge.entered_per_hour);
     let leaving =
         graph.edges().iter().filter(|edge| edge.origin == node && edge.path.single().is_some());
-    let busiest = leaving.max_by(|a, b| entered(edges, a.id).total_cmp(&entered(edges, b.id)))?;
+    let busiest = leaving.max_by(|a, b| entered(a.id).total_cmp(&entered(b.id)))?;
     Some(Remedy::Second(busiest.id))
 }
 
-/// Returns the number of robots that entered an edge, an hour.
-fn entered(edges: &[EdgeOutcome], id: u32) -> f64 {
-    edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour)
-}
-
 impl Bottleneck {
-    /// Returns a variant in which it is relieved; `None` if there is no remedy.
-    pub fn relieved(&self, variant: &Variant) -> Option<Variant> {
-        let mut relieved = variant.clone();
-        let changed = match self.remedy.as_ref()? {
-            Remedy::Faster(edges) => relieved.change(edges, EdgeChange::Speed(FASTER)),
-            Remedy::Second(edge) => {
-                relieved.change(&[*edge], EdgeChange::Double(variant.max_width() + CLEARANCE))
-            }
-        };
-        relieved.name = format!("relief of node {}", self.node);
-        changed.is_ok().then_some(relieved)
-    }
-
     /// Returns the place in words, with the doors and lifts there.
     pub fn place(&self) -> String {
         let name = self.name.clone().unwrap_or_else(|| format!("node {}", self.node));

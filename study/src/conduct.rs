@@ -1,11 +1,13 @@
 //! Conducts a study: asks sweeps for runs, gives them to workers, and puts the answer together.
 
+mod reliefs;
+
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::answer::{Answer, Chosen, Difference, PeaksAnswer, TimeAnswer};
-use crate::bottleneck::{Bottleneck, Relief, bottlenecks};
+use crate::answer::{Answer, Chosen, PeaksAnswer, TimeAnswer};
+use crate::bottleneck::bottlenecks;
 use crate::job::{Ending, Job, JobId};
 use crate::outcome::Measured;
 use crate::plan::{Plan, PlanError, Question, Variant, robots_in_words};
@@ -117,7 +119,7 @@ impl<'a> Conductor<'a> {
                 self.round(&mut experiments, &others, Some(plan.reliefs * seeds.len()))?;
             }
             chosen = self.look_at(&experiments[0], point);
-            self.relieve(&experiments[0], &mut chosen.bottlenecks, robots, seeds)?;
+            chosen.reliefs = self.relieve(&experiments[0], point, &chosen)?;
         }
         let mut places = Vec::new();
         for (experiment, curve) in experiments.iter().zip(&curves) {
@@ -137,6 +139,7 @@ impl<'a> Conductor<'a> {
         Chosen {
             bottlenecks: bottlenecks(variant, &edges, waiting_robots(point), self.plan.time.secs),
             edges,
+            reliefs: None,
             time: TimeAnswer::new(&variant.graph, &outcomes),
             peaks: PeaksAnswer::new(point.robots, variant.clock(), &outcomes).filter(|_| is_day),
         }
@@ -207,34 +210,6 @@ impl<'a> Conductor<'a> {
             all += sweep::outlook(question, robots, precision, &experiment.known)?;
         }
         Some(all.saturating_sub(runs))
-    }
-
-    /// Tries the relief of the worst bottlenecks.
-    fn relieve(
-        &mut self,
-        base: &Experiment<'_>,
-        found: &mut [Bottleneck],
-        robots: u32,
-        seeds: &[u64],
-    ) -> Result<(), StudyError> {
-        let mut tried = Vec::new();
-        let mut variants = Vec::new();
-        for bottleneck in found.iter_mut().take(self.plan.reliefs) {
-            if let Some(variant) = bottleneck.relieved(base.variant) {
-                tried.push(bottleneck);
-                variants.push(variant);
-            }
-        }
-        let mut experiments = self.experiments(&variants)?;
-        let wanted = runs(0..experiments.len(), robots, seeds);
-        self.round(&mut experiments, &wanted, Some(0))?;
-        for (bottleneck, experiment) in tried.into_iter().zip(&experiments) {
-            let difference = Difference::of(&base.known, &experiment.known, robots);
-            bottleneck.relief = difference.map(|difference| Relief { difference });
-            let failure = experiment.known.values().find_map(|run| run.as_ref().err());
-            bottleneck.failure = failure.map(ToString::to_string);
-        }
-        Ok(())
     }
 
     fn job(&self, experiment: &Experiment<'_>, (robots, seed): Run) -> Job {

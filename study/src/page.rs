@@ -13,6 +13,7 @@ mod master;
 mod method;
 mod peaks;
 mod plan;
+mod reliefs;
 mod stack;
 mod stall_map;
 mod time;

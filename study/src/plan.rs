@@ -40,7 +40,7 @@ pub struct Plan {
     pub precision: Precision,
     /// The time of a run.
     pub time: RunTime,
-    /// The number of bottlenecks whose relief is tried.
+    /// The number of changes that are tried for a relief.
     pub reliefs: usize,
     /// The files that it is made of.
     pub inputs: Vec<Input>,

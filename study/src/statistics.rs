@@ -12,6 +12,10 @@ const T_975: [f64; 30] = [
 /// The 97.5 % quantile of the normal distribution.
 const Z_975: f64 = 1.959_964;
 
+/// The largest quantile that is computed: that of one degree of freedom and of some thousand
+/// intervals.
+const MOST_QUANTILE: f64 = 1e6;
+
 /// A mean with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Interval {
@@ -36,6 +40,16 @@ impl Interval {
             _ => Some(t_975(count - 1) * (squares / (count - 1) as f64 / count as f64).sqrt()),
         };
         Some(Self { mean, half_width, values: count })
+    }
+
+    /// Returns the mean of independent values with an interval that is one of some: all of them hold
+    /// together with 95 % confidence (Bonferroni; Law, section 9.7). `None` if there are no values.
+    pub fn joint(values: &[f64], intervals: usize) -> Option<Self> {
+        let single = Self::of(values)?;
+        let degrees = single.values.saturating_sub(1);
+        let wider = quantile(degrees, 0.05 / intervals.max(1) as f64) / t_975(degrees);
+        let wider = if intervals > 1 { wider } else { 1.0 };
+        Some(Self { half_width: single.half_width.map(|half| half * wider), ..single })
     }
 
     /// Returns the interval with half of its width at least a value, unless the mean is 0.
@@ -72,6 +86,42 @@ fn t_975(degrees: usize) -> f64 {
     let (n, z) = (degrees as f64, Z_975);
     let (z3, z5) = (z.powi(3), z.powi(5));
     z + (z3 + z) / (4.0 * n) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
+}
+
+/// Returns the value that the absolute value of a variable with Student's t distribution exceeds with
+/// a probability, rounded to a thousandth, as those of tables are: the same on any machine.
+fn quantile(degrees: usize, probability: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    while beyond(degrees, high) > probability && high < MOST_QUANTILE {
+        (low, high) = (high, high * 2.0);
+    }
+    while high - low > 1e-6 * high {
+        let middle = f64::midpoint(low, high);
+        let is_beyond = beyond(degrees, middle) > probability;
+        (low, high) = if is_beyond { (middle, high) } else { (low, middle) };
+    }
+    (high * 1e3).round() / 1e3
+}
+
+/// Returns the probability that the absolute value of a variable with Student's t distribution is
+/// above a value (Abramowitz and Stegun, 26.7.3 and 26.7.4).
+fn beyond(degrees: usize, value: f64) -> f64 {
+    let angle = (value / (degrees.max(1) as f64).sqrt()).atan();
+    let square = angle.cos().powi(2);
+    let is_odd = degrees % 2 == 1;
+    let mut term = if is_odd { angle.cos() } else { 1.0 };
+    let mut sum = if degrees > 1 { term } else { 0.0 };
+    let mut factor = if is_odd { 2.0 } else { 1.0 };
+    while factor + 2.0 <= degrees as f64 - 1.0 {
+        term *= square * factor / (factor + 1.0);
+        sum += term;
+        factor += 2.0;
+    }
+    let within = match is_odd {
+        true => std::f64::consts::FRAC_2_PI * (angle + angle.sin() * sum),
+        false => angle.sin() * sum,
+    };
+    1.0 - within
 }
 
 /// Returns a percentile by the nearest rank, which is a value that occurred; `None` if there are no
@@ -192,6 +242,29 @@ mod tests {
         assert_eq!(Interval::of(&[3.0]), Some(Interval { mean: 3.0, half_width: None, values: 1 }));
         assert_eq!(Interval::of(&[3.0, 3.0]).and_then(|interval| interval.relative()), Some(0.0));
         assert_eq!(Interval::of(&[-1.0, 1.0]).and_then(|interval| interval.relative()), None);
+    }
+
+    #[test]
+    fn joint_intervals_are_those_of_smaller_probabilities() {
+        // Tables: t at 97.5 %, 99 %, 99.5 % and 99.9 %.
+        for (degrees, probability, expected) in [
+            (2, 0.05, 4.303),
+            (9, 0.05, 2.262),
+            (1, 0.02, 31.821),
+            (2, 0.01, 9.925),
+            (5, 0.01, 4.032),
+            (10, 0.002, 4.144),
+            (60, 0.01, 2.660),
+        ] {
+            let found = quantile(degrees, probability);
+            assert!((found - expected).abs() < 1.1e-3, "{degrees}, {probability}: {found}");
+        }
+        let values = [1.0, 2.0, 4.0];
+        assert_eq!(Interval::joint(&values, 1), Interval::of(&values));
+        let [five, one] =
+            [5, 1].map(|count| Interval::joint(&values, count).and_then(|it| it.half_width));
+        let [five, one] = [five.expect("a width"), one.expect("a width")];
+        assert!((five / one - 9.925 / 4.303).abs() < 1e-3, "{five} {one}");
     }
 
     #[test]

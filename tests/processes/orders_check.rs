@@ -90,6 +90,18 @@ fn stops_of_a_plant_that_no_robot_can_serve_twice_are_lines() {
 }
 
 #[test]
+fn a_node_by_its_name_and_by_its_id_is_one_end_of_a_flow() {
+    let plant = "id,name,x,y\nA,Dock,0,0\nB,Shelf,9,0\n\nfrom,to,speed\nA,B,1\nB,A,1\n";
+    let rows = "from,to,time\nDock,B,0\nA,Shelf,30\nA,B,120\nB,Dock,130\n";
+    let (code, text) = check_rows(rows, Some(plant));
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("     3  Dock → B\n     1  B → Dock\n"), "{text}");
+    assert!(text.contains("longest gap   90 s without an order"), "{text}");
+    let (_, text) = check_rows("stops\nA:pick B:drop A:park\nA:pick B:drop A:park\n", Some(plant));
+    assert!(text.contains("     2  A → B\n     2  B → A\n"), "{text}");
+}
+
+#[test]
 fn hours_without_orders_share_a_line() {
     let rows = "from,to,time\n1,3,2019-05-01 08:10\n1,3,2026-05-01 09:20\n";
     let (_, text) = check_rows(rows, None);

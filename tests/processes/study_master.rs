@@ -65,7 +65,7 @@ impl Plant {
         fs::write(folder.path().join("plant.lif.json"), layout(is_two_way).to_string())
             .expect("written");
         let scenario = "graph: plant.lif.json\nrobot_types:\n- {name: amr, length: 0.8, \
-            width: 0.6, max_speed: 8, max_acceleration: 8, max_rotation_speed: 12}\n\
+            width: 0.6, max_speed: 8, max_acceleration: 30, max_rotation_speed: 30}\n\
             robots:\n- {count: 1, routes: none}\n";
         fs::write(folder.path().join("plant.yaml"), scenario).expect("written");
         Self { folder }
@@ -119,7 +119,7 @@ fn a_master_of_known_capacity_is_sized_and_its_orders_are_counted() {
     let master = plant.master(&format!("--base 1 --capacity 5 --delay 2 --http {port}"));
     let url = format!("http://127.0.0.1:{port}/");
     let output = plant
-        .study(&["--robots", "4..8", "--duration", "10", "--late", "1.5s", "--manager", &master])
+        .study(&["--robots", "4..8", "--duration", "14", "--late", "1.5s", "--manager", &master])
         .args(["--order-url", &url])
         .output()
         .expect("regatta starts");

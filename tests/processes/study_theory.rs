@@ -60,7 +60,7 @@ fn figure(answer: &Value, name: &str) -> (f64, f64) {
 }
 
 /// A loop of 40 m at 1 m/s with a station to pick at and one to drop at, half a loop apart.
-const LOOP: &str = "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\nD,0,10,\n\n\
+pub(crate) const LOOP: &str = "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\nD,0,10,\n\n\
     from,to,speed\nA,B,1\nB,C,1\nC,D,1\nD,A,1\n";
 
 /// A robot drives to the pick (20 s), stands there (2 to 18 s), drives to the drop (20 s) and
@@ -138,7 +138,7 @@ fn erlang_c(servers: u32, offered: f64) -> f64 {
 
 /// Returns the mean wait of random arrivals for several servers, in units of the service time, by
 /// its squared coefficient of variation.
-fn wait_in_services(servers: u32, offered: f64, squared_variation: f64) -> f64 {
+pub(crate) fn wait_in_services(servers: u32, offered: f64, squared_variation: f64) -> f64 {
     let (c, load) = (f64::from(servers), offered / f64::from(servers));
     let exponential = erlang_c(servers, offered) / (c * (1.0 - load));
     let deterministic = 0.5

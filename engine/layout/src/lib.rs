@@ -38,7 +38,9 @@ pub use model::options::{LengthUnit, Millimetres, ReadOptions};
 pub use model::path::Path;
 pub use model::route_graph::{Edge, Node, RouteGraph};
 pub use model::spline::Handles;
-pub use model::tags::{BackgroundLine, Orientation, Role, Station, Tags};
+pub use model::tags::{
+    BackgroundLine, OTHER_VEHICLE_TYPES, Orientation, Role, Station, Tags, VEHICLE_TYPES,
+};
 pub use model::zones::{Zone, ZoneRule};
 pub use read::encoding::{FileText, SourceText};
 pub use read::file::{BackgroundError, GraphError, MAX_FILE_BYTES, read_file, read_stream};

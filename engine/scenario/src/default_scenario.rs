@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use regatta_base::graph::CRAWL;
 use regatta_layout::traffic::{self, MainPart, RobotType};
-use regatta_layout::{ReadOptions, RouteGraph};
+use regatta_layout::{OTHER_VEHICLE_TYPES, ReadOptions, RouteGraph, VEHICLE_TYPES};
 
 use crate::MadeUpLoad;
 
@@ -123,7 +123,9 @@ fn by_length(graph: &RouteGraph) -> f64 {
 fn vehicle_types(graph: &RouteGraph, options: &ReadOptions) -> Vec<String> {
     let nodes = graph.nodes().iter().map(|node| node.tags.as_deref());
     let edges = graph.edges().iter().map(|edge| edge.tags.as_deref());
-    let lists = nodes.chain(edges).filter_map(|tags| tags?.properties.get("vehicleTypeId"));
+    let keys = [VEHICLE_TYPES, OTHER_VEHICLE_TYPES];
+    let lists = nodes.chain(edges).flatten();
+    let lists = lists.flat_map(|tags| keys.map(|key| tags.properties.get(key))).flatten();
     let mut names: Vec<String> = options.vehicle_type.iter().cloned().collect();
     for name in lists.flat_map(|list| list.split(", ")).filter(|name| !name.is_empty()) {
         if names.len() < MOST_TYPES && !names.iter().any(|known| known == name) {

@@ -238,6 +238,7 @@ impl Manager {
             {
                 self.progress[robot as usize] = Progress::AtStop(service);
                 self.steering.stay(robot);
+                self.warn_of_closed_station(robot, node, service);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
             } else if self.steering.robot(robot).is_some_and(|state| state.goal().is_none()) {

@@ -24,6 +24,7 @@ pub use self::backstop::{Backstop, BackstopSettings};
 pub use self::committed::Committed;
 pub use self::driving_times::DrivingTimes;
 pub use self::fallback::Fallback;
+pub(crate) use self::fallback::{Candidate, Rate};
 pub use self::landmarks::Landmarks;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
@@ -195,17 +196,18 @@ impl PlannerKind {
         robots: usize,
         rehearsal: Option<&Rehearsal<'_>>,
     ) -> (Box<dyn Planner>, Settings) {
-        let mut kinds = match two_way_share(roads) {
+        let kinds = match two_way_share(roads) {
             share if share < SOME_TWO_WAY => Self::candidates_one_way(roads, robots),
             share => Self::candidates_two_way(robots, share),
         };
-        if let Some(rehearsal) = rehearsal.filter(|_| kinds.len() > 1) {
-            rehearsal.sort(&mut kinds);
+        let mut candidates: Vec<Candidate> = kinds.into_iter().map(Candidate::from).collect();
+        if let Some(rehearsal) = rehearsal.filter(|_| candidates.len() > 1) {
+            rehearsal.sort(&mut candidates);
         }
-        let (first, settings) = (kinds[0].plain(roads), kinds[0].settings());
-        match kinds.len() {
+        let (first, settings) = (candidates[0].kind.plain(roads), candidates[0].kind.settings());
+        match candidates.len() {
             1 => (first, settings),
-            _ => (Box::new(Fallback::new(first, kinds)), settings),
+            _ => (Box::new(Fallback::new(first, candidates)), settings),
         }
     }
 

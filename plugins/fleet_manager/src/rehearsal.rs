@@ -15,7 +15,7 @@ use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use self::body::{Body, Pose};
 use crate::manager::Manager;
-use crate::planner::PlannerKind;
+use crate::planner::{Candidate, PlannerKind, Rate};
 use crate::roads::{Leg, Roads};
 use crate::steering::Settings;
 use crate::traffic::BaseEnds;
@@ -104,20 +104,30 @@ impl<'a> Rehearsal<'a> {
         Self { begin_secs, ..self }
     }
 
-    /// Sorts planners by what the robots carry under them, the best first. The first one stays
-    /// first if it is about as good as the best. Planners that would take too long to rehearse come
-    /// last, committed ways behind the others.
-    pub fn sort(&self, kinds: &mut [PlannerKind]) {
-        kinds.sort_by_key(|kind| {
+    /// Sorts planners by what the robots carry under them, the best first, and tells their rates.
+    /// The first one stays first if it is about as good as the best. Planners that would take too
+    /// long to rehearse come last, committed ways behind the others.
+    pub fn sort(&self, candidates: &mut [Candidate]) {
+        candidates.sort_by_key(|Candidate { kind, .. }| {
             let is_costly = self.affordable_secs(*kind) < LEAST_SECS;
             (is_costly, is_costly && *kind == PlannerKind::Committed)
         });
-        let affordable = kinds.partition_point(|kind| self.affordable_secs(*kind) >= LEAST_SECS);
-        let kinds = &mut kinds[..affordable];
-        let secs = kinds.iter().map(|kind| self.affordable_secs(*kind)).fold(MOST_SECS, f64::min);
-        let mut scores: Vec<Score> = kinds.iter().map(|kind| Score::of(*kind)).collect();
+        let kinds = candidates.iter().map(|candidate| candidate.kind);
+        let affordable = kinds.map(|kind| self.affordable_secs(kind));
+        let affordable: Vec<f64> = affordable.take_while(|secs| *secs >= LEAST_SECS).collect();
+        let secs = affordable.iter().copied().fold(MOST_SECS, f64::min);
+        let candidates = &mut candidates[..affordable.len()];
+        let scores = candidates.iter().map(|candidate| Score::of(candidate.kind));
+        let scores = self.ranked(scores.collect(), secs);
+        for (candidate, score) in candidates.iter_mut().zip(scores) {
+            *candidate = Candidate { kind: score.kind, rate: score.rate(secs) };
+        }
+    }
+
+    /// Rehearses planners for so many seconds each, and puts the best first.
+    fn ranked(&self, mut scores: Vec<Score>, secs: f64) -> Vec<Score> {
         if scores.first_mut().is_some_and(|first| self.is_unhindered(first, secs)) {
-            return;
+            return scores;
         }
         for number in 0..REHEARSALS {
             let hopeless = HOPELESS * best(&scores, number);
@@ -131,9 +141,7 @@ impl<'a> Rehearsal<'a> {
         let best = best(&scores, REHEARSALS);
         // The sort is stable: among those as good as the best, the first stays first.
         scores.sort_by(|a, b| b.rank(best).total_cmp(&a.rank(best)));
-        for (kind, score) in kinds.iter_mut().zip(scores) {
-            *kind = score.kind;
-        }
+        scores
     }
 
     /// Whether robots carry about as much under a planner as if they drove through each other, and
@@ -228,6 +236,14 @@ impl Score {
             .sum()
     }
 
+    /// The rate of all of its rehearsals, of so many seconds each.
+    fn rate(&self, secs: f64) -> Rate {
+        match self.rehearsals.len() {
+            0 => Rate::Unknown,
+            count => Rate::Rehearsed(f64::from(self.stops_of(count)) / (count as f64 * secs)),
+        }
+    }
+
     /// The number to compare it with others by; infinity if it is as good as the best.
     fn rank(&self, best: f32) -> f32 {
         let stops = self.stops_of(REHEARSALS);
@@ -319,9 +335,9 @@ mod tests {
         let (x, y, speed) = (&zeros, &zeros, &zeros);
         let columns = Columns { x, y, theta: &zeros, speed, s: &s, edge: &edge, state: &state };
         let orders = |number| OrderPool::new(known.clone()).for_rehearsal(number);
-        let mut kinds = KINDS.to_vec();
-        Rehearsal::new(&roads, &orders, &columns, &[]).sort(&mut kinds);
-        kinds[0]
+        let mut candidates = KINDS.map(Candidate::from);
+        Rehearsal::new(&roads, &orders, &columns, &[]).sort(&mut candidates);
+        candidates[0].kind
     }
 
     /// The other model drives to random goals, lets robots be late, and checks that they don't

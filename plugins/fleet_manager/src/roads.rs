@@ -20,7 +20,6 @@ use regatta_base::graph::CRAWL;
 use regatta_base::rows::Rows;
 use regatta_base::sweep::{BodyHeading, Footprint, Sweep, angle_between};
 use regatta_plugin::World;
-use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, Levels, Orientation, RobotTypeRecord, Shape};
 
 pub use self::cache::{CacheError, default_folder as default_cache_folder};
@@ -107,8 +106,8 @@ pub struct Roads {
     levels: Levels,
     /// By node: the legs that leave it.
     exits: Rows<Leg>,
-    /// By node: an edge that leads there, or [`NO_EDGE`].
-    arrivals: Vec<u32>,
+    /// By node: a leg that leads there, in reverse gear only if there is no other.
+    arrivals: Vec<Option<Leg>>,
     /// By robot type.
     classes: Vec<RobotClass>,
     footprints: Vec<Footprint>,
@@ -275,9 +274,10 @@ impl Roads {
         self.exits.row(node)
     }
 
-    /// An edge that leads to a node; `None` if there is none.
-    pub fn arrival(&self, node: u32) -> Option<u32> {
-        Some(self.arrivals[node as usize]).filter(|edge| *edge != NO_EDGE)
+    /// A leg that leads to a node, in reverse gear only if there is no other; `None` if there is
+    /// none.
+    pub fn arrival(&self, node: u32) -> Option<Leg> {
+        self.arrivals[node as usize]
     }
 
     /// The node that a leg leaves.
@@ -424,10 +424,15 @@ fn exits(edges: &[Road], nodes: usize) -> Rows<Leg> {
     Rows::new(nodes, legs)
 }
 
-fn arrivals(edges: &[Road], nodes: usize) -> Vec<u32> {
-    let mut arrivals = vec![NO_EDGE; nodes];
+fn arrivals(edges: &[Road], nodes: usize) -> Vec<Option<Leg>> {
+    let mut arrivals = vec![None; nodes];
     for (index, edge) in (0..).zip(edges) {
-        arrivals[edge.destination as usize] = index;
+        if edge.reverse_speed >= CRAWL as f32 {
+            arrivals[edge.origin as usize] = Some(Leg::new(index, true));
+        }
+    }
+    for (index, edge) in (0..).zip(edges) {
+        arrivals[edge.destination as usize] = Some(Leg::new(index, false));
     }
     arrivals
 }

@@ -6,7 +6,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Hindrance, Now, Orders, Robot, RobotWork, Unfinished};
+use crate::orders::{Finished, Hindrance, Now, Orders, Robot, RobotWork, StopWait, Unfinished};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -109,6 +109,9 @@ pub struct Figures {
     pub effort: Vec<Effort>,
     /// Finished orders, in the order in which they were finished.
     pub finished: Vec<Finished>,
+    /// The waiting at stops, by ascending node; none in figures of an earlier version.
+    #[serde(default)]
+    pub stops: Vec<StopWait>,
     /// Orders that aren't over.
     pub open: u64,
     /// These orders; none in figures of an earlier version.
@@ -232,6 +235,7 @@ impl Meter {
             tick_secs: self.tick_secs,
             effort: self.effort.clone(),
             finished: finished.clone(),
+            stops: self.orders.waits(),
             open: self.orders.open() as u64,
             unfinished: self.orders.unfinished(self.now.secs),
             failed: *failed,

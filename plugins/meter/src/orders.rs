@@ -28,6 +28,19 @@ pub struct Finished {
     pub ends: [u32; 2],
 }
 
+/// The waiting at a stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StopWait {
+    /// The id of the stop's node.
+    pub node: u32,
+    /// Ticks of robots that were there and waited to be served.
+    pub station: u64,
+    /// Ticks of robots in the queue before it, the way from there included.
+    pub queue: u64,
+    /// Ticks of robots that were served.
+    pub handling: u64,
+}
+
 /// The present tick and its simulated time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Now {
@@ -82,6 +95,8 @@ struct Open {
     served_from: Option<u64>,
     /// Whether its robot is in the queue before a stop.
     is_queued: bool,
+    /// The tick since which its robot is in the queue, and then at the stop.
+    there_since: u64,
     clock: OrderClock,
     /// The ids of the nodes of its first and its last stop.
     ends: Option<[u32; 2]>,
@@ -97,6 +112,7 @@ impl Open {
             loads: 0,
             served_from: None,
             is_queued: false,
+            there_since: now.tick,
             clock: OrderClock::new(now.tick),
             ends: None,
         }
@@ -191,6 +207,8 @@ pub struct Orders {
     pub failed: u64,
     /// Orders that were cancelled.
     pub cancelled: u64,
+    /// The waiting at stops, by node.
+    waits: BTreeMap<u32, StopWait>,
 }
 
 impl Orders {
@@ -223,11 +241,17 @@ impl Orders {
             }
             OrderKind::Withdrawn => self.release(record.order),
             OrderKind::Queued => {
-                open.is_queued = true;
+                if !std::mem::replace(&mut open.is_queued, true) {
+                    open.there_since = now.tick;
+                }
                 self.robots.entry(record.robot).or_default().work.is_queued = true;
             }
             OrderKind::Arrived => {
-                open.is_queued = false;
+                let wait = wait_at(&mut self.waits, record.node);
+                if std::mem::take(&mut open.is_queued) {
+                    wait.queue += now.tick.saturating_sub(open.there_since);
+                }
+                open.there_since = now.tick;
                 let served_from = now.tick_after(record.dwell_secs.into());
                 let work = &mut self.robots.entry(record.robot).or_default().work;
                 work.at_stops += i32::from(open.served_from.replace(served_from).is_none());
@@ -236,7 +260,11 @@ impl Orders {
             }
             OrderKind::Handled => {
                 open.begin_service(now.tick);
-                if open.served_from.take().is_some() {
+                if let Some(served_from) = open.served_from.take() {
+                    let begin = served_from.clamp(open.there_since, now.tick.max(open.there_since));
+                    let wait = wait_at(&mut self.waits, record.node);
+                    wait.station += begin - open.there_since;
+                    wait.handling += now.tick.saturating_sub(begin);
                     self.robots.entry(record.robot).or_default().work.at_stops -= 1;
                 }
                 let change = match record.action() {
@@ -265,6 +293,11 @@ impl Orders {
             }
             OrderKind::Created | OrderKind::Unroutable | OrderKind::Reopened => {}
         }
+    }
+
+    /// Returns the waiting at stops, by ascending node: of stops that are over.
+    pub fn waits(&self) -> Vec<StopWait> {
+        self.waits.values().copied().collect()
     }
 
     /// Returns the number of orders that aren't over.
@@ -332,6 +365,10 @@ impl Orders {
         work.orders += orders;
         work.loads += loads;
     }
+}
+
+fn wait_at(waits: &mut BTreeMap<u32, StopWait>, node: u32) -> &mut StopWait {
+    waits.entry(node).or_insert(StopWait { node, ..StopWait::default() })
 }
 
 /// The range of a robot's orders among those of all robots.
@@ -495,6 +532,8 @@ mod tests {
         let expected =
             Parts { assignment: 20, empty: 80, station: 40, handling: 60, ..Parts::default() };
         assert_eq!(orders.finished[0].parts, expected);
+        assert_eq!(orders.waits().iter().map(|it| it.handling).sum::<u64>(), 60);
+        assert_eq!(orders.waits().iter().map(|it| it.station).sum::<u64>(), 40);
         // A station that never opens.
         orders.take(&record(OrderKind::Created), now(40.0));
         orders.take(&record(OrderKind::Assigned), now(41.0));

@@ -184,9 +184,18 @@ impl PointCost {
             hours_per_year: point.interval(|run| fleet.hours(run)),
             year_parts: parts.collect(),
             per_year: point.interval(|run| fleet.year(run)),
-            per_order: point.interval(|run| fleet.order(run)),
+            per_order: per_order(fleet, point),
         }
     }
+}
+
+/// The cost of an order, whose interval is at least that of one order a run, as the throughput's.
+fn per_order(fleet: &Fleet<'_>, point: &Point) -> Option<Interval> {
+    let cost = point.interval(|run| fleet.order(run))?;
+    let counted = point.counted_throughput()?;
+    let least = counted.half_width.map(|half_width| cost.mean * half_width / counted.mean);
+    let half_width = cost.half_width.zip(least).map(|(spread, least)| spread.max(least));
+    Some(Interval { half_width, ..cost })
 }
 
 #[cfg(test)]

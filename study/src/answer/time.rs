@@ -1,6 +1,6 @@
 //! The time of orders and robots in an answer.
 
-use regatta_layout::RouteGraph;
+use regatta_layout::{NodeIndex, RouteGraph};
 use serde::Serialize;
 
 use crate::outcome::{Grouping, ORDER_PARTS, Outcome, ROBOT_PARTS, by_group};
@@ -97,10 +97,15 @@ fn groups(graph: &RouteGraph, outcomes: &[Outcome], grouping: Grouping) -> Vec<G
 
 /// Returns the name of a node's station, or of the node, or its id.
 fn station(graph: &RouteGraph, id: u32) -> String {
-    let Some(index) = graph.node_by_id(id) else { return id.to_string() };
+    graph.node_by_id(id).map_or_else(|| id.to_string(), |node| node_name(graph, node))
+}
+
+/// Returns the name of a node's station, or of the node, or its id.
+pub(crate) fn node_name(graph: &RouteGraph, node: NodeIndex) -> String {
     let mut stations = graph.stations().iter();
-    match stations.find(|station| station.nodes.contains(&index)) {
+    let place = graph.node(node);
+    match stations.find(|station| station.nodes.contains(&node)) {
         Some(station) => station.name.clone(),
-        None => graph.node(index).name().map_or_else(|| id.to_string(), str::to_owned),
+        None => place.name().map_or_else(|| place.id.to_string(), str::to_owned),
     }
 }

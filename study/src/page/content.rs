@@ -6,12 +6,13 @@ use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
 use super::least::{figures, fleets};
 use super::method::method;
+use super::reliefs::{headline, reliefs};
 use super::stall_map::stall_map;
 use super::time::time;
 use super::verdict::{has_too_few, numbers, orders_in_words, verdict};
 use super::{Block, Picture, cost, peaks};
 use crate::answer::{Answer, Comparison, Difference, NoRoom, PointAnswer, VariantAnswer};
-use crate::bottleneck::{Bottleneck, Relief, Remedy};
+use crate::bottleneck::Bottleneck;
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
 
@@ -24,6 +25,7 @@ pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     blocks.extend(fleets(answer));
     blocks.extend(peaks::finding(answer, &first_of_several(answer)));
     blocks.extend(cost::findings(answer));
+    blocks.extend(headline(answer, &first_of_several(answer)));
     blocks.extend(caveats(answer).into_iter().map(Block::Caveat));
     blocks.extend(assumptions(answer, &first_of_several(answer)));
     blocks.extend(stall_picture(answer, base));
@@ -43,6 +45,7 @@ pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
         blocks.extend(comparison_blocks(answer, comparison));
     }
     blocks.extend(waiting(answer, base));
+    blocks.extend(reliefs(answer, &first_of_several(answer)));
     if !answer.certificate.is_empty() {
         blocks
             .push(Block::Heading(2, format!("{}What the layout allows", first_of_several(answer))));
@@ -320,15 +323,8 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
          they wait for."
     );
     blocks.push(picture("waiting", &caption, map));
-    let mut rows = vec![row([
-        "",
-        "place",
-        "robots waiting for it",
-        "of all waiting",
-        "kept out of edges",
-        "what would relieve it",
-        "that brings",
-    ])];
+    let mut rows =
+        vec![row(["", "place", "robots waiting for it", "of all waiting", "kept out of edges"])];
     for (bottleneck, rank) in answer.chosen.bottlenecks.iter().zip(1..) {
         rows.push(bottleneck_row(bottleneck, rank));
     }
@@ -346,27 +342,11 @@ fn answered_point(answer: &Answer) -> Option<&PointAnswer> {
 fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
     let edges: Vec<String> = bottleneck.edges.iter().take(4).map(u32::to_string).collect();
     let more = if bottleneck.edges.len() > 4 { " …" } else { "" };
-    let remedy = match &bottleneck.remedy {
-        Some(Remedy::Faster(edges)) => {
-            let plural = if edges.len() == 1 { "" } else { "s" };
-            let edges: Vec<String> = edges.iter().map(u32::to_string).collect();
-            format!("edge{plural} {}: speed × 1.5", edges.join(", "))
-        }
-        Some(Remedy::Second(edge)) => format!("a second edge beside {edge}"),
-        None => NONE.to_owned(),
-    };
-    let relief = match (&bottleneck.relief, &bottleneck.failure) {
-        (_, Some(failure)) => format!("not known: a run failed: {failure}"),
-        (Some(Relief { difference }), None) => in_words(difference),
-        (None, None) => "not tried".to_owned(),
-    };
     vec![
         rank.to_string(),
         bottleneck.place(),
         format!("{:.2}", bottleneck.robots_waiting),
         format!("{:.1} %", bottleneck.share * 100.0),
         format!("{}{more}", edges.join(", ")),
-        remedy,
-        relief,
     ]
 }

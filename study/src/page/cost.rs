@@ -198,7 +198,11 @@ const DEFINITIONS: [[&str; 2]; 8] = [
         "robots × `robot_price` + chargers × `charger_price` + `project_price`; all robots have \
          one price, whatever their type",
     ],
-    ["chargers", "robots / `robots_per_charger`, rounded up; without that, those of the layout"],
+    [
+        "chargers",
+        "robots / `robots_per_charger`, rounded up; without that, those of the layout, if it has \
+         any",
+    ],
     ["capital a year", "investment × i (1 + i)ⁿ / ((1 + i)ⁿ − 1), the annuity (VDI 2710-4)"],
     [
         "maintenance a year",

@@ -11,7 +11,7 @@ pub(super) fn method(answer: &Answer) -> Vec<String> {
     };
     let seeds = "Seeds are common random numbers: variants and reliefs get the same orders and \
                  disturbances, and differences are paired, seed by seed (Law, 10.2.1 and 11.2).";
-    vec![
+    let mut paragraphs = vec![
         runs(answer),
         ticks(),
         span,
@@ -19,7 +19,9 @@ pub(super) fn method(answer: &Answer) -> Vec<String> {
         seeds.to_owned(),
         question,
         bottlenecks(),
-    ]
+    ];
+    paragraphs.extend(reliefs(answer));
+    paragraphs
 }
 
 fn runs(answer: &Answer) -> String {
@@ -47,8 +49,8 @@ fn day() -> String {
     "A day is a terminating simulation: robots are idle at its beginning, nothing is cut off, and \
      figures are those of all orders, up to the end of the last one (Law, Simulation Modeling and \
      Analysis, 5th edition, 9.4). Orders that are open at the limit count with their time so far, \
-     and such a day meets no target. Days of the same kind are drawn by the local block bootstrap: \
-     each block of time gets the orders of itself or of one of its two neighbours (Paparoditis and \
+     and such a day meets no target. A day that is drawn from blocks of time is drawn by the local \
+     block bootstrap: each block gets the orders of itself or of one of its two neighbours (Paparoditis and \
      Politis, Comptes Rendus de l'Académie des Sciences 335, 2002)."
         .to_owned()
 }
@@ -103,8 +105,24 @@ fn bottlenecks() -> String {
      of, and for the node where that ends. 'Robots waiting for it' is their mean number. It is \
      measured by where robots are and where they go next, whoever steers them. 'Of all waiting': \
      the rest of the time they wait for other places, or where their manager keeps them, for no \
-     place that can be seen. Doors and lifts count as well as robots. What would relieve a \
-     bottleneck is tried for as many of them as --reliefs says: the same runs with that one \
-     change. 'Within chance': the interval holds 0."
+     place that can be seen. Doors and lifts count as well as robots."
         .to_owned()
+}
+
+fn reliefs(answer: &Answer) -> Option<String> {
+    let reliefs = answer.chosen.reliefs.as_ref()?;
+    let [least, most] = answer.method.seeds;
+    let count = reliefs.tried.len().max(1);
+    Some(format!(
+        "What would help: candidates come from where the time goes (waiting for a place, an \
+         operator, a track or an edge, driving slowly or round about, charging, repairs), each \
+         with the mean number of robots whose time it is about; the largest of each kind comes \
+         first. They run a race (Maron and Moore, Hoeffding races, 1994): all begin with {least} \
+         seeds, the same as without a change; after each round, those leave whose paired \
+         difference to the best is surely against them, or which surely bring under 1 %; the \
+         others get one more seed, up to {most}. 'Surely' and 'within chance' are by paired \
+         Student's intervals that hold for all {count} together with 95 % confidence (Bonferroni; \
+         Law, 9.7); looking after each round doesn't widen them. New roads are drawn where the \
+         layout has no other ones: walls and the price are yours to judge."
+    ))
 }

@@ -48,16 +48,22 @@ pub struct Day {
 impl Day {
     /// Returns the day in words.
     pub fn in_words(&self) -> String {
-        let Self { file, orders, scale, block_secs, .. } = self;
-        let scale = if *scale == 1.0 { String::new() } else { format!(" × {scale}") };
-        let days = match block_secs {
-            Some(secs) => format!(
+        let Self { file, orders, scale, shift_secs, block_secs, .. } = self;
+        let times = if *scale == 1.0 { String::new() } else { format!(" × {scale}") };
+        let shift = match *shift_secs {
+            0.0 => String::new(),
+            secs if secs < 0.0 => format!(", {:.0} min earlier", -secs / 60.0),
+            secs => format!(", {:.0} min later", secs / 60.0),
+        };
+        let days = match (block_secs, *scale == 1.0) {
+            (Some(secs), _) => format!(
                 "each seed has a day of the same kind, drawn from blocks of {:.0} min",
                 secs / 60.0
             ),
-            None => "as they are, the same for each seed".to_owned(),
+            (None, true) => "as they are, the same for each seed".to_owned(),
+            (None, false) => "the further or missing ones drawn at random by each seed".to_owned(),
         };
-        format!("the {orders} orders of {file}{scale}, {days}")
+        format!("the {orders} orders of {file}{times}{shift}, {days}")
     }
 
     /// Returns the time from which on no order comes, in whole seconds.

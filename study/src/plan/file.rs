@@ -7,7 +7,7 @@
 //! seeds: {least: 3, most: 10}
 //! interval: 0.02                # seeds are added at the knee until the 95 % interval is within ± 2 %
 //! knee: 0.01                    # one more robot brings less than 1 % of what one brings alone
-//! reliefs: 3                    # bottlenecks whose relief is tried
+//! reliefs: 6                    # changes that are tried for a relief
 //! targets: ['p99 service < 6min', 'late < 1%']  # asks for the least number of robots that meets them
 //! orders: day.csv               # a day's orders in place of the load
 //! prices: {currency: EUR, robot_price: 48000}  # and others: the cost of a year and an order
@@ -45,7 +45,7 @@ pub struct StudyFile {
     pub interval: Option<f64>,
     /// The part of a lone robot's throughput that one more robot brings at the knee.
     pub knee: Option<f64>,
-    /// The number of bottlenecks whose relief is tried.
+    /// The number of changes that are tried for a relief.
     pub reliefs: Option<usize>,
     /// The targets that a fleet must meet.
     #[serde(default)]

@@ -5,7 +5,7 @@
 //!   currency: EUR                  # a word of your own
 //!   robot_price: 48000
 //!   charger_price: 6000
-//!   robots_per_charger: 5          # without it, the chargers of the layout
+//!   robots_per_charger: 5          # without it, the chargers of the layout, if it has any
 //!   project_price: 180000          # planning, software, installation: once
 //!   interest_percent: 5            # a year
 //!   life_years: 8                  # of all that is bought

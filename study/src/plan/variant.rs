@@ -12,7 +12,7 @@ use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
 use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
 use serde::{Deserialize, Serialize};
 
-use super::scenario::{Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
+use super::scenario::{Breakdowns, Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
 use super::{Day, PlanError};
 use crate::job::{IN_TURN, Job, Manager, OPTIONS};
 
@@ -149,6 +149,31 @@ impl Variant {
     /// Whether the load was made for the layout, and not given.
     pub fn is_load_made_up(&self) -> bool {
         self.is_load_made_up
+    }
+
+    /// Whether its load is the orders of a day.
+    pub fn is_day(&self) -> bool {
+        self.day.is_some()
+    }
+
+    /// The load.
+    pub fn load_entry(&self) -> Option<&Load> {
+        self.setup.load.as_ref()
+    }
+
+    /// The load, to be changed.
+    pub fn load_entry_mut(&mut self) -> Option<&mut Load> {
+        self.setup.load.as_mut()
+    }
+
+    /// The robot types, to be changed; `None` of a scenario without any.
+    pub fn robot_types_mut(&mut self) -> Option<&mut Vec<RobotType>> {
+        self.setup.robot_types.as_mut()
+    }
+
+    /// The breakdowns of robots, to be changed; `None` if there are none.
+    pub fn breakdowns_mut(&mut self) -> Option<&mut Breakdowns> {
+        self.setup.disturbances.as_mut()?.breakdowns.as_mut()
     }
 
     /// Whether a generator of the load always keeps an order open for each robot, so that the load

@@ -6,6 +6,7 @@ use std::fmt;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::{Ends, Rotation};
 
 use crate::model::angle::normalize_angle;
 use crate::model::facilities::{Door, DoorTimes, Lift};
@@ -208,6 +209,10 @@ impl Sides<'_> {
             let [from, to] = [a, b].map(|edge| described(edge.orientation));
             changes.push(format!("orientation {from} → {to}"));
         }
+        if a.rotation != b.rotation {
+            let [from, to] = [a, b].map(|edge| described_rotation(edge.rotation));
+            changes.push(format!("rotation at its ends {from} → {to}"));
+        }
         changes.extend(tag_changes(a.tags.as_deref(), b.tags.as_deref()));
         changes
     }
@@ -335,6 +340,10 @@ fn described(orientation: Orientation) -> String {
     }
 }
 
+fn described_rotation(rotation: Ends<Rotation>) -> String {
+    format!("{} and {}", rotation.origin.name(), rotation.destination.name())
+}
+
 /// Returns the names and properties that differ.
 fn tag_changes(a: Option<&Tags>, b: Option<&Tags>) -> Vec<String> {
     let (a, b) = (a.map(texts).unwrap_or_default(), b.map(texts).unwrap_or_default());
@@ -408,6 +417,14 @@ mod tests {
             ]
         );
         assert_eq!(differences(&graph(1.0, 5.0, more), &graph(1.0, 5.0, "")), ["- node 3"]);
+        let (first, mut second) = (graph(1.0, 5.0, ""), graph(1.0, 5.0, ""));
+        let mut edges = second.edges().to_vec();
+        edges[0].rotation.destination = Rotation::None;
+        second = RouteGraph::from_valid_parts(second.nodes().to_vec(), edges);
+        assert_eq!(
+            differences(&first, &second),
+            ["~ edge 7: rotation at its ends shorter and shorter → shorter and none"]
+        );
     }
 
     #[test]

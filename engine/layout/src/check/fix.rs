@@ -238,8 +238,8 @@ fn nearest(
     best
 }
 
-/// Whether two nodes have nearly the same heading, and no edge between them. Such an edge would
-/// become a loop.
+/// Whether two nodes have nearly the same heading, unless no curve depends on it, and no edge
+/// between them. Such an edge would become a loop.
 fn can_join(
     raw: &RawGraph,
     (id, node): (u32, &RawNode),
@@ -247,10 +247,14 @@ fn can_join(
 ) -> bool {
     let (Some(theta), Some(other_theta)) = (node.theta, other.theta) else { return false };
     let turn = to_radians(other_theta, raw.degrees) - to_radians(theta, raw.degrees);
-    // The curves of other formats don't depend on the headings of their nodes.
-    let is_aligned = raw.is_imported || normalize_angle(turn).abs() <= MAX_JOINED_TURN;
     let ids = [Some(id), Some(other_id)];
-    is_aligned
+    // The curves of other formats don't depend on the headings of their nodes.
+    let has_spline = !raw.is_imported
+        && raw.edges.iter().any(|edge| {
+            matches!(edge.curve, Some(RawCurve::Spline))
+                && (ids.contains(&edge.origin) || ids.contains(&edge.destination))
+        });
+    (!has_spline || normalize_angle(turn).abs() <= MAX_JOINED_TURN)
         && id != other_id
         && !raw
             .edges
@@ -355,6 +359,26 @@ mod tests {
         let text = "id,x,y\nA,0,0\nB,10,0\nB2,10.004,0.003\nC,20,0\n\nfrom,to\nA,B\nB,A\nB2,C\n";
         let (graph, fixes) = fixed(text);
         assert_eq!((graph.nodes().len(), fixes.len()), (3, 1), "{fixes:?}");
+    }
+
+    #[test]
+    fn ends_of_straight_edges_are_joined_whatever_their_headings() {
+        let nodes = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 10, Y: 0, Theta: 0}\n\
+                     - {Id: 3, X: 10.003, Y: 0, Theta: 1}\n- {Id: 4, X: 20, Y: 0, Theta: 0}\n";
+        let edge = |id: u32, from: u32, to: u32, curve: &str| {
+            format!(
+                "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: {curve}, \
+                 VelocityForward: 1}}\n"
+            )
+        };
+        let text = |curve: &str| {
+            let edges = [edge(1, 1, 2, "Linear"), edge(2, 2, 1, "Linear"), edge(3, 3, 4, curve)];
+            format!("{nodes}Edges:\n{}", edges.concat())
+        };
+        let (graph, fixes) = fixed(&text("Linear"));
+        assert_eq!((graph.nodes().len(), fixes.len()), (3, 1), "{fixes:?}");
+        let (graph, fixes) = fixed(&text("Spline, ParamF: 4, ParamB: 4"));
+        assert_eq!((graph.nodes().len(), fixes.len()), (4, 0), "a spline would bend: {fixes:?}");
     }
 
     #[test]

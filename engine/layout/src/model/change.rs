@@ -1,11 +1,11 @@
-//! Copies of a route graph with edges closed, at another speed, or doubled.
+//! Copies of a route graph with other edges, or with more roads.
 
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::EdgeIndex;
+use regatta_base::graph::{EdgeIndex, Ends, NodeIndex};
 
 use super::facilities::{Door, Lift};
 use super::path::Path;
-use super::route_graph::{Edge, RouteGraph};
+use super::route_graph::{Edge, Node, RouteGraph};
 use super::zones::Zone;
 
 /// The distance of a cubic's middle from the chord, as a fraction of that of its handles: 2 · 3 · ¼
@@ -19,6 +19,10 @@ pub enum EdgeChange {
     Close,
     /// Its speeds are multiplied by this factor, above 0.
     Speed(f64),
+    /// Its speeds are at least this one, in metres per second, above 0.
+    AtLeast(f64),
+    /// It leads from its destination to its origin. An edge with a reverse gear keeps it.
+    Reverse,
     /// A second edge with the same nodes and speeds is added. Its middle is this distance in metres
     /// to the right of the middle of the first.
     Double(f64),
@@ -69,6 +73,16 @@ impl RouteGraph {
                     edge.speed *= factor;
                     edge.reverse_speed = edge.reverse_speed.map(|speed| speed * factor);
                 }
+                EdgeChange::AtLeast(speed) => {
+                    edge.speed = edge.speed.max(speed);
+                    edge.reverse_speed = edge.reverse_speed.map(|own| own.max(speed));
+                }
+                EdgeChange::Reverse => {
+                    (edge.origin, edge.destination) = (edge.destination, edge.origin);
+                    edge.path = edge.path.reversed();
+                    let Ends { origin, destination } = edge.rotation;
+                    edge.rotation = Ends { origin: destination, destination: origin };
+                }
                 EdgeChange::Double(metres) => {
                     next_id += 1;
                     let path = offset(&edge.path, metres).ok_or(ChangeError::SeveralCurves(id))?;
@@ -89,6 +103,37 @@ impl RouteGraph {
             .with_surroundings(stations, background)
             .with_zones(zones)
             .with_facilities(self.doors_with(&before), self.lifts_with(&before)))
+    }
+
+    /// Returns a copy with more nodes and edges. An added node serves the stations of the node that
+    /// it is like, if there is one.
+    ///
+    /// # Panics
+    /// If an id is taken, or if an added edge refers to a node that is in neither.
+    #[must_use]
+    pub fn with_roads(&self, added: &[(Node, Option<NodeIndex>)], roads: &[Edge]) -> Self {
+        let (mut nodes, mut edges) = (self.nodes().to_vec(), self.edges().to_vec());
+        let (mut stations, mut zones) = (self.stations().to_vec(), self.zones().to_vec());
+        for ((node, like), index) in added.iter().zip(nodes.len() as u32..) {
+            assert!(self.node_by_id(node.id).is_none(), "node {} is there", node.id);
+            nodes.push(node.clone());
+            let Some(like) = like else { continue };
+            for station in stations.iter_mut().filter(|it| it.nodes.contains(like)) {
+                station.nodes.push(NodeIndex(index));
+            }
+            for zone in zones.iter_mut().filter(|it| it.nodes.contains(like)) {
+                zone.nodes.push(NodeIndex(index));
+            }
+        }
+        for edge in roads {
+            assert!(self.edge_by_id(edge.id).is_none(), "edge {} is there", edge.id);
+            edges.push(edge.clone());
+        }
+        Self::from_valid_parts(nodes, edges)
+            .with_origin(self.origin())
+            .with_surroundings(stations, self.background().to_vec())
+            .with_zones(zones)
+            .with_facilities(self.doors().to_vec(), self.lifts().to_vec())
     }
 
     /// Returns the doors of a copy of the graph; without those that no edge leads through any more.
@@ -128,8 +173,11 @@ fn offset(path: &Path, metres: f64) -> Option<Path> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
     use crate::model::options::ReadOptions;
+    use crate::model::tags::{Role, Station};
     use crate::parse;
 
     fn graph() -> RouteGraph {
@@ -158,6 +206,37 @@ mod tests {
         let closed = graph.with_changes(&[(ids[1], EdgeChange::Close)]).expect("a graph");
         assert_eq!(closed.edges().len(), 1);
         assert_eq!(closed.departures(closed.edges()[0].destination), []);
+    }
+
+    #[test]
+    fn edges_are_turned_round_and_given_a_least_speed() {
+        let graph = graph();
+        let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
+        let changes = [(ids[0], EdgeChange::Reverse), (ids[1], EdgeChange::AtLeast(1.2))];
+        let changed = graph.with_changes(&changes).expect("a graph");
+        let [first, second] = changed.edges() else { panic!("{:?}", changed.edges()) };
+        assert_eq!((first.origin, first.destination), (NodeIndex(1), NodeIndex(0)));
+        assert_eq!((first.path.start().x, first.path.end().x), (10.0, 0.0));
+        assert_eq!((first.speed, second.speed), (1.5, 1.2));
+        assert_eq!(changed.departures(NodeIndex(0)), []);
+    }
+
+    #[test]
+    fn an_added_node_serves_the_station_of_the_one_that_it_is_like() {
+        let station = Station {
+            name: "S".to_owned(),
+            role: Role::Pick,
+            nodes: vec![NodeIndex(1)],
+            position: None,
+            properties: BTreeMap::new(),
+        };
+        let graph = graph().with_surroundings(vec![station], Vec::new());
+        let place = Node::new(7, glam::DVec2::new(10.0, 2.0), 0.0);
+        let path = CubicBezier::straight(glam::DVec2::ZERO, place.position);
+        let road = Edge::new(9, NodeIndex(0), NodeIndex(2), path, 1.5);
+        let more = graph.with_roads(&[(place, Some(NodeIndex(1)))], &[road]);
+        assert_eq!(more.stations()[0].nodes, [NodeIndex(1), NodeIndex(2)]);
+        assert_eq!(more.departures(NodeIndex(0)).len(), 2);
     }
 
     #[test]

@@ -134,15 +134,15 @@ impl Info {
     /// ```
     pub fn of(graph: &RouteGraph) -> Self {
         let edges = graph.edges();
-        let reverse = edges.iter().filter_map(|edge| edge.reverse_speed);
         let nodes = graph.nodes().len();
         // The rides of lifts have the speeds of cabins.
         let driven = (0..).map(EdgeIndex).zip(edges);
         let driven = driven.filter(|(index, _)| !graph.is_ride(*index));
+        let reverse = driven.clone().filter_map(|(_, edge)| edge.reverse_speed);
         Self {
             nodes,
             edges: edges.len(),
-            reversible_edges: reverse.clone().count(),
+            reversible_edges: edges.iter().filter(|edge| edge.reverse_speed.is_some()).count(),
             without_way_out: (0..nodes as u32)
                 .filter(|&node| graph.departures(NodeIndex(node)).is_empty())
                 .count(),

@@ -8,6 +8,13 @@ use regatta_base::graph::NodeIndex;
 
 use super::angle::normalize_angle;
 
+/// The key of the property with the vehicle types of a LIF layout that a node or an edge has its
+/// properties of, separated by commas and spaces.
+pub const VEHICLE_TYPES: &str = "vehicleTypeId";
+
+/// The key of the property with the vehicle types whose properties differ and aren't kept.
+pub const OTHER_VEHICLE_TYPES: &str = "otherVehicleTypeId";
+
 /// The property of a node with its other names: a list of texts in JSON.
 pub const ALIASES: &str = "aliases";
 /// The property with the name in the file of a node or an edge whose id is a text.

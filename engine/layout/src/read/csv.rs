@@ -6,7 +6,7 @@ pub(crate) mod sibling;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec2;
@@ -57,6 +57,7 @@ pub(crate) fn read<'text>(
         reader.sibling(source)?;
     }
     reader.report_warnings();
+    reader.find_ends_by_name();
     reader.select_level(options.level.as_deref())?;
     reader.layout()
 }
@@ -266,12 +267,29 @@ impl Reader<'_, '_> {
             ));
         }
         self.nodes = kept;
-        let others: std::collections::BTreeSet<_> =
-            others.iter().map(|node| node.id.as_str()).collect();
+        let others: BTreeSet<_> = others.iter().map(|node| node.id.as_str()).collect();
         self.edges.retain(|edge| {
             !others.contains(edge.from.as_str()) && !others.contains(edge.to.as_str())
         });
         Ok(())
+    }
+
+    /// Gives edges the ids of ends that they have by name. A name that several nodes have, or that
+    /// is an id, names no node.
+    fn find_ends_by_name(&mut self) {
+        let ids: BTreeSet<&str> = self.nodes.iter().map(|node| node.id.as_str()).collect();
+        let mut by_name: BTreeMap<&str, Option<&str>> = BTreeMap::new();
+        for node in &self.nodes {
+            if let Some(name) = node.tags.name.as_deref().filter(|name| !ids.contains(name)) {
+                let is_first = !by_name.contains_key(name);
+                by_name.insert(name, is_first.then_some(node.id.as_str()));
+            }
+        }
+        for end in self.edges.iter_mut().flat_map(|edge| [&mut edge.from, &mut edge.to]) {
+            if let Some(Some(id)) = by_name.get(end.as_str()) {
+                *end = (*id).to_owned();
+            }
+        }
     }
 
     fn layout(self) -> Result<Layout, SyntaxError> {

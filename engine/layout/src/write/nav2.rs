@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::Ends;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -212,6 +213,10 @@ fn losses(graph: &RouteGraph) -> Losses {
         losses.add_if(
             edge.orientation != Orientation::Tangential,
             "edges prescribe a heading: it is in the metadata, which Nav2 doesn't use",
+        );
+        losses.add_if(
+            edge.rotation != Ends::default(),
+            "edges prescribe how robots turn at their ends: this format doesn't",
         );
     }
     losses.add_many(

@@ -183,7 +183,7 @@ impl Figures {
                 let _ = write!(orders, ", {count} {word}");
             }
         }
-        let lines = [self.waiting.line("waiting time"), self.service.line("service time")];
+        let lines = [self.waiting.line("response time"), self.service.line("service time")];
         format!("{:<13} {orders}\n{}", "orders", lines.into_iter().flatten().collect::<String>())
     }
 }

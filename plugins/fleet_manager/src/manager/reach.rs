@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use regatta_orders::{NewOrder, Order, OrderId, State, Stop, Unroutable};
+use regatta_orders::{NewOrder, Order, OrderId, Service, State, Stop, Unroutable};
 
 use super::Manager;
 use crate::roads::Roads;
@@ -111,6 +111,17 @@ impl Manager {
             names.join(", ")
         ));
         self.traps.extend(traps);
+    }
+
+    /// Warns of a robot that has come to a station which never opens again.
+    pub(super) fn warn_of_closed_station(&mut self, robot: u32, node: u32, service: Service) {
+        if service.begin_secs.is_infinite() {
+            self.warnings.push(format!(
+                "robot {robot} stays at {} for good: its station never opens again; give later \
+                 opening times, or `every`",
+                self.orders.places().label(node)
+            ));
+        }
     }
 
     /// Returns the reason for which no robot can ever carry an order out, if any.

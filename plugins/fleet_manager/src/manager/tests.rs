@@ -72,6 +72,25 @@ fn orders_go_to_robots_that_can_carry_them_out() {
     }
 }
 
+/// A ring and two dead ends, where a robot is in some other one's way wherever it stands: an idle
+/// one is sent from the route of the robot that waits for it.
+#[test]
+fn idle_robots_make_way_where_no_place_is_out_of_the_way() {
+    let points = [[0., 0.], [30., 0.], [30., 20.], [0., 20.], [40., 0.], [-10., 20.]];
+    let edges = [[0, 1], [1, 2], [2, 3], [3, 0], [1, 4], [4, 1], [3, 5], [5, 3]];
+    let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+    let load = "load: {generators: [{name: a, per_hour: 0.001}]}";
+    for seed in [1, 3, 4, 5] {
+        let mut fleet = Managed::new(&world, 3, seed, load, PlannerKind::Lanes);
+        for (node, now_secs) in [(2, 0.0), (0, 150.0), (2, 300.0), (0, 450.0)] {
+            fleet.manager.orders_mut().send(0, node, 1, now_secs);
+            fleet.run(1_500, 0, 0);
+        }
+        let orders = fleet.manager.orders().figures(600.0).orders;
+        assert_eq!(orders.finished, 4, "{seed}: {orders:?}");
+    }
+}
+
 #[test]
 fn robots_whose_rows_are_gone_are_in_nobodys_way() {
     for planner in [PlannerKind::Lanes, PlannerKind::Committed] {
@@ -163,7 +182,7 @@ fn an_endless_load_makes_no_orders_that_wait_for_closed_roads() {
 fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
     let world = worlds::streets(6, 6.0, true);
     let mut fleet = Managed::new(&world, 12, 1, LOAD, PlannerKind::Lanes);
-    fleet.run(3_000, 0, 0);
+    fleet.run(3_300, 0, 0);
     let ask = |fleet: &mut Managed, request| fleet.manager.request(&request, 1).answer();
     let node = world.nodes[14].id;
     for (request, answer) in [

@@ -1,7 +1,7 @@
 //! The choice of a planner for some roads and robots.
 
-use super::{Fallback, Planner, PlannerKind, Plans, two_way_share};
-use crate::model::{drive, worlds};
+use super::{Candidate, Fallback, Planner, PlannerKind, Plans, Rate, two_way_share};
+use crate::model::{Model, drive, worlds};
 use crate::roads::Roads;
 use crate::traffic::Traffic;
 use regatta_plugin::world::{Orientation, WorldData};
@@ -39,12 +39,32 @@ impl Planner for Nothing {
 #[test]
 fn another_planner_takes_over_where_all_robots_stand() {
     let maker = |_: &Roads| -> Box<dyn Planner> {
-        let kinds = vec![PlannerKind::Lanes, PlannerKind::Committed];
-        Box::new(Fallback::new(Box::new(Nothing), kinds))
+        let kinds = [PlannerKind::Lanes, PlannerKind::Committed];
+        Box::new(Fallback::new(Box::new(Nothing), kinds.map(Candidate::from).to_vec()))
     };
     let model = drive("fallback", &worlds::single_track(7), (3, 1), 900, maker);
     assert!(model.total() > 20, "{}", model.total());
     assert_eq!(model.counts().last(), Some(&("takeovers", 1)));
+}
+
+/// Drives robots on a single track, where they jam under `lanes`; committed ways carried so many
+/// stops per second in a rehearsal.
+fn jammed_under_lanes<const PER_HOUR: u32>() -> Model {
+    let maker = |roads: &Roads| -> Box<dyn Planner> {
+        let rate = Rate::Rehearsed(f64::from(PER_HOUR) / 3600.0);
+        let candidates =
+            vec![PlannerKind::Lanes.into(), Candidate { kind: PlannerKind::Committed, rate }];
+        Box::new(Fallback::new(PlannerKind::Lanes.plain(roads), candidates))
+    };
+    drive("jammed", &worlds::single_track(7), (6, 1), 1800, maker)
+}
+
+#[test]
+fn a_planner_that_carries_clearly_more_takes_over() {
+    let (weak, strong) = (jammed_under_lanes::<10>(), jammed_under_lanes::<900>());
+    assert_eq!(weak.counts().last(), Some(&("takeovers", 0)));
+    assert_eq!(strong.counts().last(), Some(&("takeovers", 1)));
+    assert!(strong.total() > weak.total(), "{} {}", strong.total(), weak.total());
 }
 
 #[test]

@@ -50,9 +50,8 @@ impl Body {
     /// an edge that leads there, or else at the start of one that leaves it. `None` if there is no
     /// edge.
     pub fn on_node(node: u32, roads: &Roads, class: RobotClass) -> Option<Self> {
-        if let Some(edge) = roads.arrival(node) {
-            let length = roads.edge(edge).length;
-            return Some(Self::on_leg(Leg::new(edge, false), length, class));
+        if let Some(leg) = roads.arrival(node) {
+            return Some(Self::on_leg(leg, roads.edge(leg.edge()).length, class));
         }
         let leg = *roads.exits(node).first()?;
         Some(Self { is_on_node: true, ..Self::on_leg(leg, 0.0, class) })

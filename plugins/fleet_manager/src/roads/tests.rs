@@ -266,3 +266,18 @@ fn dead_ends_of_two_sections_or_more_are_stubs() {
     let line = worlds::straight(&line, &edges, [0.9, 0.6], Orientation::Fixed(0.0));
     assert_eq!(stubs(&line).0, [None; 6], "a track without a way round leads nowhere else");
 }
+
+#[test]
+fn a_robot_comes_to_a_node_in_reverse_gear_where_no_edge_leads() {
+    let mut world = worlds::straight(
+        &[[0.0, 0.0], [9.0, 0.0], [18.0, 0.0]],
+        &[[0, 1], [1, 2], [2, 1]],
+        [0.9, 0.6],
+        Orientation::Tangential,
+    );
+    assert_eq!(Roads::new(&world.view(1, 1)).arrival(0), None);
+    world.edges[0].reverse_speed = 0.5;
+    let roads = Roads::new(&world.view(1, 1));
+    assert_eq!(roads.arrival(0), Some(Leg::new(0, true)));
+    assert_eq!(roads.arrival(1), Some(Leg::new(2, false)));
+}

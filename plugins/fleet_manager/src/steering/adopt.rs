@@ -100,7 +100,7 @@ impl Steering {
         }
         let node = self.roads.nearest_node(seen.position)?;
         match self.roads.arrival(node) {
-            Some(edge) => Some((Leg::new(edge, false), self.roads.edge(edge).length)),
+            Some(leg) => Some((leg, self.roads.edge(leg.edge()).length)),
             None => self.roads.exits(node).first().map(|&leg| (leg, 0.0)),
         }
     }

@@ -11,6 +11,9 @@ use crate::traffic::Errand;
 
 /// The time that a robot waits for an idle one before the idle one is sent away, in seconds.
 const PATIENCE_SECS: f64 = 1.0;
+/// The time that it waits for one that can't go anywhere without being in the way of others, in
+/// seconds.
+const LONG_PATIENCE_SECS: f64 = 10.0;
 /// The largest number of legs that are searched for a refuge.
 const MOST_LEGS: usize = 400;
 /// The number of legs ahead of the waiting robot on which an idle robot would be in its way again.
@@ -57,13 +60,15 @@ impl Steering {
     }
 
     /// Finds the nearest node where an idle robot blocks neither the robot that waits for it nor a
-    /// robot that is there already.
+    /// robot that is there already. It is one where the robot is in nobody's way; on small plants,
+    /// which may have none, one beside the route of the robot that waits for long.
     fn refuge(&self, idle: u32, waiting: u32) -> Option<u32> {
         let (last, start) = self.traffic().base_end(idle)?;
-        let state = self.robot(idle)?;
-        let footprint = state.class.footprint;
-        let route: Vec<u32> =
-            self.robot(waiting)?.horizon.iter().take(LEGS_AHEAD).map(|leg| leg.edge()).collect();
+        let footprint = self.robot(idle)?.class.footprint;
+        let waits = self.robot(waiting)?;
+        let is_patient = self.now - waits.waiting_since < LONG_PATIENCE_SECS;
+        let route: Vec<u32> = waits.horizon.iter().take(LEGS_AHEAD).map(|leg| leg.edge()).collect();
+        let mut beside = None;
         let mut seen: Vec<Leg> = vec![last];
         let mut open: VecDeque<Leg> = self.roads.exits(start).iter().copied().collect();
         while let Some(leg) = open.pop_front() {
@@ -81,13 +86,17 @@ impl Steering {
                 Some(leg),
                 Span::new(length, length),
             );
-            let is_good =
-                self.roads.stops(footprint).last_open(leg, length, length, length).is_some();
-            if is_good && reach.blocker.is_none() && !route.contains(&leg.edge()) {
-                return Some(self.roads.end(leg));
+            let end = self.roads.end(leg);
+            if reach.blocker.is_none() && !route.contains(&leg.edge()) {
+                let is_open = self.roads.stops(footprint).last_open(leg, length, length, length);
+                if is_open.is_some() {
+                    return Some(end);
+                }
+                let is_on_route = waits.horizon.iter().any(|leg| self.roads.end(*leg) == end);
+                beside = beside.or((!is_patient && !is_on_route).then_some(end));
             }
-            open.extend(self.roads.exits(self.roads.end(leg)));
+            open.extend(self.roads.exits(end));
         }
-        None
+        beside
     }
 }

@@ -61,6 +61,14 @@ fn the_cost_is_that_of_the_case_by_hand() {
 }
 
 #[test]
+fn the_cost_of_an_order_is_no_more_exact_than_its_count() {
+    let equal = [5.0, 5.0].map(|orders| Measured { secs: 3600.0, ..measured(orders) });
+    let answer = cost(PRICES, vec![Point { runs: equal.to_vec(), ..point(10) }]);
+    let cost = answer.points[0].per_order.expect("a cost");
+    is_near(cost.half_width.expect("two runs"), cost.mean / 5.0);
+}
+
+#[test]
 fn a_figure_is_missing_where_one_of_its_prices_is() {
     for line in PRICES.lines().skip(1) {
         let key = line.split(':').next().expect("a key");

@@ -48,17 +48,28 @@ impl Variant {
     pub fn change(&mut self, ids: &[u32], change: EdgeChange) -> Result<(), PlanError> {
         let changes: Vec<_> = ids.iter().map(|id| (*id, change)).collect();
         match self.whole.with_changes(&changes) {
-            Ok(graph) => {
-                self.whole = Arc::new(graph);
-                self.set_roads()?;
-                // Other stations may be cut off now.
-                if self.is_load_made_up {
-                    self.make_load_up();
-                }
-                Ok(())
-            }
+            Ok(graph) => self.set_whole(graph),
             Err(error) => Err(PlanError::Change { file: self.file.clone(), error }),
         }
+    }
+
+    /// The whole layout, with what is cut off.
+    pub fn whole(&self) -> &RouteGraph {
+        &self.whole
+    }
+
+    /// Replaces the whole layout by one with the same stations, or more of them.
+    ///
+    /// # Errors
+    /// As for another layout.
+    pub fn set_whole(&mut self, graph: RouteGraph) -> Result<(), PlanError> {
+        self.whole = Arc::new(graph);
+        self.set_roads()?;
+        // Other stations may be cut off now.
+        if self.is_load_made_up {
+            self.make_load_up();
+        }
+        Ok(())
     }
 
     /// Checks that no stop of the day is left out, by their names and ids.

@@ -248,6 +248,16 @@ fn a_node_is_found_by_its_id_and_by_its_name() {
     assert_eq!(graph.nodes_named("Shelf").len(), 2);
 }
 
+#[test]
+fn the_ends_of_an_edge_are_found_by_a_name_that_one_node_has() {
+    let nodes = "id,x,y,name\n1,0,0,Start\n2,10,0,Shelf\n3,20,0,Shelf\n4,30,0,1\n";
+    let (graph, _) = graph(&format!("{nodes}\nfrom,to\nStart,2\n2,Start\n1,3\n"));
+    let ends = graph.edges().iter().map(|edge| [edge.origin.0, edge.destination.0]);
+    assert_eq!(ends.collect::<Vec<_>>(), [[0, 1], [1, 0], [0, 2]]);
+    let error = error(&format!("{nodes}\nfrom,to\nStart,Shelf\n"));
+    assert!(error.contains("ends at node `Shelf`, which doesn't exist"), "{error}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 256 }))]
 

@@ -46,7 +46,7 @@ impl<'text> Reader<'_, '_, 'text> {
         let tags = Tags { name, level: sheet.level.clone(), ..Tags::default() };
         let id = self.edge_ids.unique(id, layout);
         let mut edge = LayoutEdge { at, id, origin, destination, tags, ..LayoutEdge::default() };
-        edge.tags.set("vehicleTypeId", &types);
+        types.set(&mut edge.tags);
         object.keep_rest(&mut edge.tags.properties, context);
         match choice {
             Choice::Some(properties) => Some(read_properties(edge, properties, context)),

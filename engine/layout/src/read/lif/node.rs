@@ -38,7 +38,7 @@ impl<'text> Reader<'_, '_, 'text> {
             ..LayoutNode::default()
         };
         let (choice, types) = self.vehicles.choose(&mut object, &OF_NODES, context);
-        node.tags.set("vehicleTypeId", &types);
+        types.set(&mut node.tags);
         if let Choice::Some(mut properties) = choice {
             node.heading = properties
                 .take_number("theta", context)

@@ -13,8 +13,9 @@ use crate::model::finding::Findings;
 use crate::model::format::Format;
 use crate::model::options::ReadOptions;
 use crate::model::route_graph::RouteGraph;
-use crate::model::tags::{Orientation, Role};
+use crate::model::tags::{OTHER_VEHICLE_TYPES, Orientation, Role, VEHICLE_TYPES};
 use crate::parse;
+use crate::write::write;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs/imported/lif/");
 
@@ -338,8 +339,16 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
         messages.contains("vehicle types differ") && messages.contains("those of `A` are used"),
         "{messages}"
     );
-    let types = &graph.edges()[0].tags.as_ref().expect("tags").properties["vehicleTypeId"];
-    assert_eq!(types.as_ref(), "A, B");
+    let properties = &graph.edges()[0].tags.as_ref().expect("tags").properties;
+    assert_eq!([VEHICLE_TYPES, OTHER_VEHICLE_TYPES].map(|key| &*properties[key]), ["A", "B"]);
+    // A type must not get the properties of another one.
+    let written = write(&graph, Format::Lif).expect("LIF");
+    assert!(!written.text.contains("\"B\""), "{}", written.text);
+    let loss = "1 edges have other properties for other vehicle types: not kept";
+    assert_eq!(written.losses, [loss]);
+    let same = read(&one_edge(r#"}, {"vehicleTypeId": "B""#)).0;
+    let properties = &same.edges()[0].tags.as_ref().expect("tags").properties;
+    assert_eq!(&*properties[VEHICLE_TYPES], "A, B");
     let choose = |name: &str| ReadOptions { vehicle_type: Some(name.to_owned()), ..options() };
     assert_eq!(read_with(&text, &choose("B")).0.edges()[0].speed, 0.5);
     let unknown = errors(&text, &choose("C"));

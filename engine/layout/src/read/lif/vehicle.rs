@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::MAX_NAMES;
 use super::object::{Context, Object, Raw};
+use crate::model::tags::{OTHER_VEHICLE_TYPES, Tags, VEHICLE_TYPES};
 use crate::model::value::shorten;
 
 /// The vehicle type whose properties are used.
@@ -45,19 +46,48 @@ pub(super) enum Choice<'text> {
     Others,
 }
 
+/// The names of the vehicle types of a node or an edge.
+pub(super) struct TypeNames {
+    /// Those whose properties are read, or are the same.
+    same: String,
+    /// Those whose properties aren't kept.
+    others: String,
+}
+
+impl TypeNames {
+    /// The names of elements of a list, the one at an index being read.
+    fn of(types: &[Vec<String>], list: &[Raw<'_>], index: usize) -> Self {
+        let used = list.get(index).filter(|_| list.len() > 1).map(without_types);
+        let (mut same, mut others) = (Vec::new(), Vec::new());
+        for (number, names) in types.iter().enumerate() {
+            let is_same = number == index
+                || list.get(number).is_none_or(|raw| used.as_ref() == Some(&without_types(raw)));
+            let names = names.iter().map(String::as_str);
+            if is_same { same.extend(names) } else { others.extend(names) }
+        }
+        Self { same: same.join(", "), others: others.join(", ") }
+    }
+
+    /// Sets them as properties.
+    pub fn set(&self, tags: &mut Tags) {
+        tags.set(VEHICLE_TYPES, &self.same);
+        tags.set(OTHER_VEHICLE_TYPES, &self.others);
+    }
+}
+
 impl<'a> Vehicles<'a> {
     pub fn new(wanted: Option<&'a str>) -> Self {
         Self { wanted, first: None, known: BTreeSet::new(), is_wanted_known: false }
     }
 
     /// Takes the properties of all types out of a node or an edge. Returns those of one type, and
-    /// the names of all types.
+    /// the names of the types.
     pub fn choose<'text>(
         &mut self,
         owner: &mut Object<'text>,
         keys: &Keys,
         context: &mut Context<'_, 'text>,
-    ) -> (Choice<'text>, String) {
+    ) -> (Choice<'text>, TypeNames) {
         let mut list = owner.take_list(keys.names[0], context);
         list.extend(owner.take_list(keys.names[1], context));
         let mut objects: Vec<Object<'text>> =
@@ -84,7 +114,7 @@ impl<'a> Vehicles<'a> {
             );
             context.note(context.at(raw), message);
         }
-        let names = types.iter().flatten().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let names = TypeNames::of(&types, &list, index.unwrap_or(0));
         let choice = match index {
             _ if objects.is_empty() => Choice::Empty,
             None if self.wanted.is_some() => Choice::Others,
@@ -112,13 +142,7 @@ impl<'a> Vehicles<'a> {
     }
 
     fn note_differences(&self, list: &[Raw<'_>], at: u32, context: &mut Context<'_, '_>) {
-        let mut others = list.iter().map(|raw| {
-            let mut value: Value = serde_json::from_str(raw.get()).unwrap_or_default();
-            if let Some(fields) = value.as_object_mut() {
-                fields.retain(|key, _| key != "vehicleTypeId" && key != "mobileRobotTypes");
-            }
-            value
-        });
+        let mut others = list.iter().map(|raw| without_types(raw));
         let first = others.next();
         if others.any(|other| Some(other) != first) {
             let used = shorten(self.first.as_deref().unwrap_or_default());
@@ -129,6 +153,15 @@ impl<'a> Vehicles<'a> {
             context.note(at, message);
         }
     }
+}
+
+/// Returns the properties of an element, without the types that they are for.
+fn without_types(raw: &Raw<'_>) -> Value {
+    let mut value: Value = serde_json::from_str(raw.get()).unwrap_or_default();
+    if let Some(fields) = value.as_object_mut() {
+        fields.retain(|key, _| key != "vehicleTypeId" && key != "mobileRobotTypes");
+    }
+    value
 }
 
 /// Takes the names of the types that properties are for: the id of LIF 1, or `MANUFACTURER/SERIES`

@@ -106,6 +106,9 @@ impl Reader<'_, '_> {
         let mut block = Tags::default();
         blocks.tag(&name, &mut block);
         tags.set("block", block.zone.as_deref().unwrap_or_default());
+        if block.zone.is_some() {
+            self.ignored.add(at, "location that is a member of a block: no robot drives on it");
+        }
         let name = take_own(&mut tags.properties, "name").map_or(name, Into::into);
         LayoutStation {
             at,
@@ -142,6 +145,9 @@ impl Reader<'_, '_> {
         for mut link in links {
             nodes.push(link.take_text("point"));
             let here = operations(&mut link, "allowedOperation");
+            if !here.is_empty() && (!all.iter().all(|name| here.contains(name))) {
+                self.ignored.add(link.at, "operations of a link alone: all links have them");
+            }
             // A link without operations allows all operations of the type.
             allows_all |= here.is_empty();
             allowed.extend(here);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::{Losses, Object};
-use crate::model::tags::Tags;
+use crate::model::tags::{OTHER_VEHICLE_TYPES, Tags, VEHICLE_TYPES};
 
 /// The vehicle type of nodes and edges without one.
 const VEHICLE_TYPE: &str = "robot";
@@ -97,12 +97,12 @@ impl<'a> Properties<'a> {
     /// Takes the vehicle types out; at least one.
     pub fn vehicle_types(&mut self) -> Vec<&'a str> {
         let mut types: Vec<&str> =
-            self.get("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
+            self.get(VEHICLE_TYPES).into_iter().flat_map(|types| types.split(", ")).collect();
         types.sort_unstable();
         types.dedup();
         // Otherwise the property counts as lost.
         if types.len() <= MAX_TYPES {
-            self.rest.remove("vehicleTypeId");
+            self.rest.remove(VEHICLE_TYPES);
         }
         types.truncate(MAX_TYPES);
         if types.is_empty() { vec![VEHICLE_TYPE] } else { types }
@@ -129,7 +129,10 @@ impl<'a> Properties<'a> {
     }
 
     /// Counts the remaining properties as lost. `kind` is a plural.
-    pub fn count_losses(self, kind: &str, losses: &mut Losses) {
+    pub fn count_losses(mut self, kind: &str, losses: &mut Losses) {
+        if self.rest.remove(OTHER_VEHICLE_TYPES).is_some() {
+            losses.add(format!("{kind} have other properties for other vehicle types: not kept"));
+        }
         for key in self.rest.into_keys() {
             losses.add(format!("{kind} have a property `{key}` that isn't valid in LIF"));
         }

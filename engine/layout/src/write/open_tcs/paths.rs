@@ -14,8 +14,9 @@ use crate::model::tags::Orientation;
 use crate::read::open_tcs::{LENGTH, millimetres_of};
 use crate::write::segments;
 
-/// The largest difference in radians at which a heading offset counts as 0 or π.
-const SAME_ANGLE: f64 = 1e-9;
+/// The largest difference in radians at which a heading offset counts as π: files have four
+/// decimals.
+const SAME_ANGLE: f64 = 1e-4;
 
 /// The scales in millimetres per unit, the usual one first. Control points are whole units.
 const SCALES: [u32; 6] = [50, 25, 10, 5, 2, 1];
@@ -36,6 +37,10 @@ impl ModelWriter<'_> {
             self.losses.add_if(
                 !is_turned && !is_tangential,
                 "edges have a heading other than along the edge",
+            );
+            self.losses.add_if(
+                edge.rotation != Ends::default(),
+                "edges prescribe how robots turn at their ends: this format doesn't",
             );
             self.count_tags(edge.tags.as_deref());
             let (forward, reverse) = speeds(edge);

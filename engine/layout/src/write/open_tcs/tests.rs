@@ -2,7 +2,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
+use regatta_base::graph::{NodeIndex, Rotation};
 
 use super::*;
 use crate::model::path::Path;
@@ -131,11 +131,13 @@ fn what_the_format_cannot_say_is_listed() {
     let path = Path::from_cubics(&cubics).expect("cubics");
     let mut edge = Edge::new(1, NodeIndex(0), NodeIndex(1), path.clone(), 1.000_04);
     edge.orientation = Orientation::Fixed(1.0);
+    edge.rotation.destination = Rotation::None;
     let written = RouteGraph::from_valid_parts(nodes, vec![edge]);
     let Written { text, losses } = write(&written);
     let expected = [
         "1 curves of several cubics are drawn as lines with corners",
         "1 edges have a heading other than along the edge",
+        "1 edges prescribe how robots turn at their ends: this format doesn't",
         "1 levels are kept as properties `regatta:level`",
         "1 nodes are moved to whole millimetres",
         "1 nodes have a role other than park: it is kept as property `regatta:role`",
@@ -246,6 +248,21 @@ fn graphs() -> impl Strategy<Value = RouteGraph> {
         });
         RouteGraph::from_valid_parts(nodes, edges).with_surroundings(stations.collect(), Vec::new())
     })
+}
+
+/// Files have half a turn with four decimals.
+#[test]
+fn half_a_turn_with_few_decimals_is_a_path_driven_tail_first() {
+    let nodes = [0.0, 6.0].map(|x| DVec2::new(x, 0.0));
+    let straight = CubicBezier::straight(nodes[0], nodes[1]);
+    let nodes = (1..).zip(nodes).map(|(id, position)| Node::new(id, position, 0.0)).collect();
+    let mut edge = Edge::new(1, NodeIndex(0), NodeIndex(1), straight, 0.8);
+    edge.orientation = Orientation::Offset(3.1416);
+    let Written { text, losses } = write(&RouteGraph::from_valid_parts(nodes, vec![edge]));
+    assert_eq!(losses, [""; 0]);
+    let (read, _) = graph(&text);
+    assert_eq!(read.edges()[0].orientation, Orientation::Offset(PI), "{text}");
+    assert_eq!((read.edges()[0].speed, read.edges()[0].reverse_speed), (0.8, None), "{text}");
 }
 
 #[test]

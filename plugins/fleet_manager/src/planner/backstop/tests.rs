@@ -168,11 +168,12 @@ fn count(model: &Model, name: &str) -> u64 {
     model.counts().iter().find(|(known, _)| *known == name).map_or(0, |(_, count)| *count)
 }
 
-/// A robot in the middle of a track, and one that wants to drive past it: its goal, and the model.
-fn in_the_way(planner: Maker) -> (u32, Model) {
+/// A robot at a node of a track, and one that wants to drive to its other end: its goal, and the
+/// model.
+fn in_the_way(planner: Maker, node: u32) -> (u32, Model) {
     let world = worlds::single_track(7);
-    // From node 2 to 3, and from node 1 to 2.
-    let starts = [4, 2].map(|edge| (Leg::new(edge, false), 4.0));
+    // To the node, and from node 1 to 2.
+    let starts = [2 * node - 2, 2].map(|edge| (Leg::new(edge, false), 4.0));
     let mut model = Model::new(&world, &starts, 1, Settings::default(), planner);
     let goal = 6;
     model.goals = vec![Some(0), Some(goal)];
@@ -182,19 +183,19 @@ fn in_the_way(planner: Maker) -> (u32, Model) {
 }
 
 #[test]
-fn an_idle_robot_is_sent_out_of_the_way() {
-    for (planner, arrives) in [(lanes as Maker, false), (lanes_with_backstop, true)] {
-        let (goal, mut model) = in_the_way(planner);
-        // It has no goal: whoever sends it anywhere is the backstop.
+fn an_idle_robot_is_sent_out_of_the_way_before_the_backstop_is_needed() {
+    for (planner, node) in [(lanes as Maker, 3), (lanes_with_backstop, 3), (lanes, 6)] {
+        let (goal, mut model) = in_the_way(planner, node);
         model.run(1_500);
         let has_arrived = model.arrivals[1] > 0 || model.steering.has_arrived(1, goal);
-        assert_eq!(has_arrived, arrives, "{:?}", model.steering.claims());
+        assert!(has_arrived, "{:?}", model.steering.claims());
+        assert_eq!(count(&model, "regions"), 0);
     }
 }
 
 #[test]
 fn who_waits_for_a_robot_at_a_stop_is_not_stuck() {
-    let (goal, mut model) = in_the_way(lanes_with_backstop);
+    let (goal, mut model) = in_the_way(lanes_with_backstop, 3);
     model.steering.stay(0);
     model.run(3_000);
     assert_eq!(count(&model, "regions"), 0);

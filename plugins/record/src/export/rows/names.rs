@@ -72,7 +72,7 @@ pub(super) const COMMANDS: [&str; 18] = [
 ];
 
 /// The names of the order log's records, by number.
-pub(super) const ORDERS: [&str; 12] = [
+pub(super) const ORDERS: [&str; 13] = [
     "unknown",
     "created",
     "stop",
@@ -85,6 +85,7 @@ pub(super) const ORDERS: [&str; 12] = [
     "cancelled",
     "unroutable",
     "reopened",
+    "queued",
 ];
 
 /// The names of the actions at stops, by number.
@@ -103,6 +104,10 @@ pub(super) fn name(names: &[&'static str], number: u32) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use regatta_plugin::command::CommandKind;
+    use regatta_plugin::event::{EventKind, Refusal};
+    use regatta_plugin::order::{OrderKind, StopAction};
+
     use super::*;
     use crate::schema::regatta;
 
@@ -112,6 +117,23 @@ mod tests {
             .map_while(|number| T::try_from(number).ok())
             .map(|value| name(&value).to_lowercase())
             .collect()
+    }
+
+    /// A record that is new in the contract has a name here, too.
+    #[test]
+    fn all_numbers_of_the_contract_have_names() {
+        let last = |names: &[&str]| names.len() - 1;
+        assert_eq!(EventKind::ALL.map(|kind| kind as usize).into_iter().max(), Some(last(&EVENTS)));
+        assert_eq!(Refusal::ALL.map(|kind| kind as usize).into_iter().max(), Some(last(&REFUSALS)));
+        assert_eq!(
+            CommandKind::ALL.map(|kind| kind as usize).into_iter().max(),
+            Some(last(&COMMANDS))
+        );
+        assert_eq!(OrderKind::ALL.map(|kind| kind as usize).into_iter().max(), Some(last(&ORDERS)));
+        assert_eq!(
+            StopAction::ALL.map(|kind| kind as usize).into_iter().max(),
+            Some(last(&ACTIONS))
+        );
     }
 
     #[test]
