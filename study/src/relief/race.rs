@@ -253,7 +253,7 @@ mod tests {
             |seed| wave(seed + 2),
             |seed| -20.0 + wave(seed),
         ]);
-        assert_eq!(standings[0].1, false);
+        assert!(!standings[0].1);
         assert!(standings[1..].iter().all(|(seeds, left)| *left && *seeds < 10), "{standings:?}");
         assert!(standings[0].0 < 10, "it is decided: {standings:?}");
     }
