@@ -210,7 +210,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
     fn background_line(mut self) -> Option<BackgroundLine> {
         self.start();
         let numbers = std::mem::take(&mut self.values.numbers);
-        if numbers.len() < 4 || numbers.len() % 2 != 0 {
+        if numbers.len() < 4 || !numbers.len().is_multiple_of(2) {
             self.error(format!(
                 "the Line of the background has {} numbers: give two points [x, y] or more",
                 numbers.len()

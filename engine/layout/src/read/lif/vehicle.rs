@@ -142,7 +142,7 @@ impl<'a> Vehicles<'a> {
     }
 
     fn note_differences(&self, list: &[Raw<'_>], at: u32, context: &mut Context<'_, '_>) {
-        let mut others = list.iter().map(|raw| without_types(raw));
+        let mut others = list.iter().map(without_types);
         let first = others.next();
         if others.any(|other| Some(other) != first) {
             let used = shorten(self.first.as_deref().unwrap_or_default());

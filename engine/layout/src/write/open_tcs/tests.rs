@@ -257,7 +257,7 @@ fn half_a_turn_with_few_decimals_is_a_path_driven_tail_first() {
     let straight = CubicBezier::straight(nodes[0], nodes[1]);
     let nodes = (1..).zip(nodes).map(|(id, position)| Node::new(id, position, 0.0)).collect();
     let mut edge = Edge::new(1, NodeIndex(0), NodeIndex(1), straight, 0.8);
-    edge.orientation = Orientation::Offset(3.1416);
+    edge.orientation = Orientation::Offset((PI * 1e4).round() / 1e4);
     let Written { text, losses } = write(&RouteGraph::from_valid_parts(nodes, vec![edge]));
     assert_eq!(losses, [""; 0]);
     let (read, _) = graph(&text);
