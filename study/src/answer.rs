@@ -8,7 +8,7 @@ mod peaks;
 mod point;
 mod time;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
@@ -103,6 +103,9 @@ pub struct VariantAnswer {
     pub load: String,
     /// The stations and nodes that are cut off from the other roads, in words: they take no part.
     pub left_out: Vec<String>,
+    /// The ids of those of these nodes where orders could have stops.
+    #[serde(skip)]
+    pub left_out_stops: BTreeSet<u32>,
     /// Whether the load was made for the layout: each robot has an order at any time.
     pub is_load_made_up: bool,
     /// Whether orders are always open, so that the load is never the limit.
@@ -273,6 +276,7 @@ impl VariantAnswer {
             name: variant.name.clone(),
             load: variant.load_in_words(),
             left_out: variant.left_out.clone(),
+            left_out_stops: variant.left_out_stops.clone(),
             is_load_made_up: variant.is_load_made_up(),
             is_load_endless: variant.is_load_endless(),
             is_managed_by_regatta: matches!(variant.manager, Manager::BuiltIn(_)),

@@ -298,7 +298,8 @@ mod tests {
 
     #[test]
     fn a_robot_that_never_moves_is_drawn() {
-        let still = Sample { time: 5.0, position: DVec2::ONE, theta: 0.0, speed: 0.0, activity: None };
+        let still =
+            Sample { time: 5.0, position: DVec2::ONE, theta: 0.0, speed: 0.0, activity: None };
         let svg = picture(
             &Track { segments: vec![vec![still]], curves: Vec::new() },
             "Robot 1",

@@ -267,7 +267,7 @@ fn comparison_blocks(answer: &Answer, comparison: &Comparison) -> Vec<Block> {
 fn other_load(answer: &Answer, comparison: &Comparison) -> Option<String> {
     let base = answer.variants.first()?;
     let other = answer.variants.iter().find(|variant| variant.name == comparison.name)?;
-    if base.left_out == other.left_out && base.other_stops == other.other_stops {
+    if base.left_out_stops == other.left_out_stops && base.other_stops == other.other_stops {
         return None;
     }
     Some(format!(

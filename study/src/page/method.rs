@@ -121,8 +121,8 @@ fn reliefs(answer: &Answer) -> Option<String> {
          seeds, the same as without a change; after each round, those leave whose paired \
          difference to the best is surely against them, or which surely bring under 1 %; the \
          others get one more seed, up to {most}. 'Surely' and 'within chance' are by paired \
-         Student's intervals that hold for all {count} together with 95 % confidence (Bonferroni; \
-         Law, 9.7); looking after each round doesn't widen them. New roads are drawn where the \
+         Student's intervals that hold for all {count} after each round together with 95 % \
+         confidence (Bonferroni; Law, 9.7). New roads are drawn where the \
          layout has no other ones: walls and the price are yours to judge."
     ))
 }

@@ -3,6 +3,7 @@
 mod roads;
 mod settings;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -34,6 +35,8 @@ pub struct Variant {
     pub graph: Arc<RouteGraph>,
     /// The stations and nodes that are cut off from them, in words: they take no part.
     pub left_out: Vec<String>,
+    /// The ids of those of these nodes where orders could have stops.
+    pub left_out_stops: BTreeSet<u32>,
     /// The reason why made-up orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
     /// The whole layout.
@@ -112,6 +115,7 @@ impl Variant {
             file: path.to_owned(),
             graph: Arc::clone(&read.graph),
             left_out: Vec::new(),
+            left_out_stops: BTreeSet::new(),
             other_stops: None,
             whole: read.graph,
             unread: unread_files(&plugins),

@@ -3,8 +3,8 @@
 //! All candidates begin with the least number of seeds, the same as those of the plant without a
 //! relief. After each round, a candidate leaves if the paired difference to the best one is surely
 //! against it, or if what it brings is surely under one per cent; the others get one more seed, up
-//! to the most. 'Surely' is by intervals that hold for all candidates together with 95 % confidence
-//! (Bonferroni), which looks after several rounds don't widen. The race is that of Maron and Moore
+//! to the most. 'Surely' is by intervals that hold for all candidates after all rounds together with
+//! 95 % confidence (Bonferroni). The race is that of Maron and Moore
 //! (Hoeffding races, 1994), with Student's paired intervals as in Moore and Lee (1994).
 
 use super::{Candidate, Measure, Relief, Verdict};
@@ -144,7 +144,9 @@ impl Race<'_> {
                 differences.push(self.measure.sign() * (other - base));
             }
         }
-        Interval::joint(&differences, self.known.len())
+        let [least, most] = self.seeds;
+        let looks = most.saturating_sub(least) + 1;
+        Interval::joint(&differences, self.known.len() * looks as usize)
     }
 
     fn figure(&self, known: &Known, seed: u64) -> Option<f64> {

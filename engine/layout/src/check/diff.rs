@@ -266,6 +266,15 @@ impl Sides<'_> {
         if a.capacity != b.capacity {
             changes.push(format!("capacity {} → {}", a.capacity, b.capacity));
         }
+        let [from, to] = [a, b].map(|lift| lift.levels.get(lift.home).map(|level| &*level.name));
+        if from != to {
+            let [from, to] = [from, to].map(Option::unwrap_or_default);
+            changes.push(format!("home {from} → {to}"));
+        }
+        let size = |lift: &Lift| lift.cabin.as_ref().map(|cabin| cabin.size);
+        if size(a) != size(b) {
+            changes.push("size of the cabin".to_owned());
+        }
         if levels(self.first, a) != levels(self.second, b) {
             changes.push("other levels or nodes".to_owned());
         }

@@ -37,8 +37,14 @@ pub struct LeftOut {
     /// The names of stations without a node in the main part; of a node if it has a role and is no
     /// station's. In ascending order.
     pub stations: Vec<String>,
-    /// The number of other nodes.
-    pub other_nodes: usize,
+    /// The names of other nodes.
+    pub other_nodes: Vec<String>,
+}
+
+impl LeftOut {
+    fn new(cut_off: Option<CutOff>) -> Self {
+        Self { cut_off, stations: Vec::new(), other_nodes: Vec::new() }
+    }
 }
 
 impl MainPart {
@@ -76,23 +82,22 @@ fn left_out(graph: &RouteGraph, parts: &[Part]) -> Vec<LeftOut> {
     }
     let mut found: BTreeMap<u8, LeftOut> = BTreeMap::new();
     for part in parts {
-        let (cut_off, stations, other_nodes) = (Some(part.cut_off), Vec::new(), 0);
-        let found =
-            found.entry(part.cut_off as u8).or_insert(LeftOut { cut_off, stations, other_nodes });
+        let cut_off = Some(part.cut_off);
+        let found = found.entry(part.cut_off as u8).or_insert_with(|| LeftOut::new(cut_off));
         for node in &part.nodes {
             if let Some(names) = of_nodes.get(node) {
                 found.stations.extend_from_slice(names);
             } else if part.stations.contains(node) && !served.contains(node) {
                 found.stations.push(node_name(graph.node(*node)));
             } else {
-                found.other_nodes += 1;
+                found.other_nodes.push(node_name(graph.node(*node)));
             }
         }
     }
     let mut found: Vec<LeftOut> = found.into_values().collect();
     let stations = unlinked(graph);
     if !stations.is_empty() {
-        found.push(LeftOut { cut_off: None, stations, other_nodes: 0 });
+        found.push(LeftOut { stations, ..LeftOut::new(None) });
     }
     for found in &mut found {
         found.stations.sort();
@@ -197,10 +202,15 @@ impl fmt::Display for LeftOut {
                 write!(f, " (and {more} more)")?;
             }
         }
-        match (stations.is_empty(), other_nodes) {
+        match (stations.is_empty(), other_nodes.len()) {
             (false, 0) => {}
-            (false, _) => write!(f, " and {}", plural(*other_nodes, "other node"))?,
-            (true, _) => f.write_str(&plural(*other_nodes, "node"))?,
+            (false, others) => write!(f, " and {}", plural(others, "other node"))?,
+            (true, others @ ..=MOST_NAMES) => {
+                let names = other_nodes.iter().map(|name| format!("`{}`", shorten(name)));
+                let noun = if others == 1 { "node" } else { "nodes" };
+                write!(f, "{noun} {}", names.collect::<Vec<_>>().join(", "))?;
+            }
+            (true, others) => f.write_str(&plural(others, "node"))?,
         }
         f.write_str(match cut_off {
             Some(CutOff::CannotBeLeft) => ", from which no way leads back",

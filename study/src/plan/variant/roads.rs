@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use regatta_layout::traffic::{CutOff, MainPart};
-use regatta_layout::{EdgeChange, NodeIndex, RouteGraph};
+use regatta_layout::{EdgeChange, NodeIndex, Role, RouteGraph};
 use serde_json::Value;
 
 use super::Variant;
@@ -34,6 +34,10 @@ impl Variant {
         };
         let labels: BTreeSet<String> =
             labels(&self.whole).difference(&labels(&main.graph)).cloned().collect();
+        self.left_out_stops = possible_stops(&self.whole, &wanted)
+            .filter(|node| main.cut_off.contains_key(node))
+            .map(|node| self.whole.node(node).id)
+            .collect();
         self.left_out = main.left_out.iter().map(ToString::to_string).collect();
         self.left_out.extend_from_slice(&self.unread);
         self.graph = Arc::new(main.graph);
@@ -103,6 +107,20 @@ impl Variant {
         }
         Ok(())
     }
+}
+
+/// Returns the nodes where orders may have stops: those that a load names, those with a role, and
+/// those of stations.
+fn possible_stops(
+    graph: &RouteGraph,
+    named: &[NodeIndex],
+) -> impl Iterator<Item = NodeIndex> + use<> {
+    let with_role = (0..).map(NodeIndex).zip(graph.nodes());
+    let with_role = with_role.filter(|(_, node)| node.role != Role::None).map(|(index, _)| index);
+    let of_stations = graph.stations().iter().flat_map(|station| station.nodes.iter().copied());
+    let stops: BTreeSet<NodeIndex> =
+        with_role.chain(of_stations).chain(named.iter().copied()).collect();
+    stops.into_iter()
 }
 
 /// Returns the labels by which a load names nodes: their names and ids, and the names of stations.

@@ -123,9 +123,18 @@ fn the_tables_may_be_in_two_files() {
     let message =
         read(&folder.path().join("map-nodes.csv"), &options()).expect_err("no number").to_string();
     assert!(
-        message.contains("map-edges.csv:2: `Reverse Speed` is `slow`: give a number"),
+        message.contains("map-edges.csv:2: error: `Reverse Speed` is `slow`: give a number"),
         "{message}"
     );
+    // What is wrong with an edge is told where the edge is, whichever file is given.
+    let lost = edges.replace("5,1,2,", "5,1,77,");
+    assert_ne!(lost, edges);
+    std::fs::write(folder.path().join("map-edges.csv"), lost).expect("written");
+    for file in ["map-nodes.csv", "map-edges.csv"] {
+        let message = read(&folder.path().join(file), &options()).expect_err("no node").to_string();
+        assert!(message.contains("map-edges.csv:"), "{message}");
+        assert!(!message.contains("map-nodes.csv:1"), "{message}");
+    }
 }
 
 #[test]

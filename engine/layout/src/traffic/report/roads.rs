@@ -211,7 +211,7 @@ pub fn unlinked_stations(graph: &RouteGraph) -> Option<Remark> {
     if stations.is_empty() {
         return None;
     }
-    let left_out = LeftOut { cut_off: None, stations, other_nodes: 0 };
+    let left_out = LeftOut { cut_off: None, stations, other_nodes: Vec::new() };
     let message = format!("{left_out}: no robot comes there; link it to a node of the roads");
     Some(Remark::new(Topic::Part, message))
 }
