@@ -165,7 +165,7 @@ fn settings_change_what_they_name() {
     let closed = closed.expect("closed");
     assert_eq!(
         (closed.graph.edges().len(), &closed.left_out[..]),
-        (2, &["1 node, from which no way leads back".to_owned()][..])
+        (2, &["node `B`, from which no way leads back".to_owned()][..])
     );
     let dwelling = with(Setting::Dwell, json!({"min": 1, "max": 4})).expect("dwell");
     let made_up =
