@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser};
 use regatta_meter::{Figures, Metering};
 use regatta_plugin::column::WAITS_FOR;
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::{
     ColumnReader, Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World,
 };
@@ -60,6 +61,8 @@ pub struct Observers {
     waits_for: Option<ColumnReader>,
     /// By robot: metres east and north in the newest frame.
     places: Vec<[f32; 2]>,
+    /// The robots that are held, broken or faulted in the newest frame.
+    out_of_service: Vec<u32>,
 }
 
 /// The figures that the readers of a run have at its end.
@@ -87,6 +90,7 @@ impl Observers {
             validator: is_judged.then(|| Validator::new(Settings::default())),
             waits_for: None,
             places: Vec::new(),
+            out_of_service: Vec::new(),
         }
     }
 
@@ -105,7 +109,11 @@ impl Observers {
             queues: EdgeFigures { edges: queues.collect() },
             meter: self.meter.figures(),
             findings: self.validator.as_mut().map(Validator::take_report),
-            last: LastState { waits_for: self.waiting(), places: std::mem::take(&mut self.places) },
+            last: LastState {
+                waits_for: self.waiting(),
+                places: std::mem::take(&mut self.places),
+                out_of_service: std::mem::take(&mut self.out_of_service),
+            },
         }
     }
 
@@ -150,6 +158,13 @@ impl Plugin for Observers {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         self.places.clear();
         self.places.extend(frame.x().iter().zip(frame.y()).map(|(x, y)| [*x, *y]));
+        self.out_of_service.clear();
+        for (robot, state) in (0..).zip(frame.state()) {
+            let state = RobotState::from_number(*state);
+            if matches!(state, RobotState::Held | RobotState::Broken | RobotState::Faulted) {
+                self.out_of_service.push(robot);
+            }
+        }
         self.readers().try_for_each(|reader| reader.on_frame(frame))
     }
 

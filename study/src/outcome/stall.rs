@@ -41,6 +41,9 @@ pub struct Stall {
     /// The places at the end of the run, in metres east and north, of the robots and of those that
     /// they waited for; empty if the stall was over by then.
     pub places: BTreeMap<u32, [f32; 2]>,
+    /// The robots that were held, broken or faulted at the end of the run; empty if the stall was
+    /// over by then.
+    pub out_of_service: Vec<u32>,
 }
 
 /// The state of a fleet at the end of a run.
@@ -50,6 +53,8 @@ pub struct LastState {
     pub waits_for: BTreeMap<u32, u32>,
     /// By robot: metres east and north.
     pub places: Vec<[f32; 2]>,
+    /// The robots that are held, broken or faulted.
+    pub out_of_service: Vec<u32>,
 }
 
 /// The validator's report, as far as stalls are in it.
@@ -100,7 +105,9 @@ impl FindingEntry {
         // The validator looks once a second.
         let until_secs = until_secs.filter(|until_secs| *until_secs < secs - 2.0);
         let (mut waits_for, mut places) = (BTreeMap::new(), BTreeMap::new());
+        let mut out_of_service = Vec::new();
         if until_secs.is_none() {
+            out_of_service.clone_from(&last.out_of_service);
             waits_for.clone_from(&last.waits_for);
             waits_for.retain(|robot, _| self.robots.contains(robot));
             let involved = self.robots.iter().chain(waits_for.values());
@@ -109,7 +116,7 @@ impl FindingEntry {
             );
         }
         let Self { robots, place, .. } = self;
-        Stall { kind, from_secs, until_secs, robots, place, waits_for, places }
+        Stall { kind, from_secs, until_secs, robots, place, waits_for, places, out_of_service }
     }
 }
 
@@ -127,7 +134,7 @@ impl Stall {
 impl fmt::Display for Stall {
     /// Writes what happened to whom, and when.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, robots, waits_for, .. } = self;
+        let Self { kind, robots, waits_for, out_of_service, .. } = self;
         let names: Vec<String> = robots.iter().take(MOST_NAMED).map(u32::to_string).collect();
         let noun = if robots.len() == 1 { "robot" } else { "robots" };
         let more = match robots.len().saturating_sub(MOST_NAMED) {
@@ -148,12 +155,21 @@ impl fmt::Display for Stall {
                 write!(f, "{who} stands{at} with an order {span}, while others drive")?;
             }
         }
-        let waits: Vec<String> = waits_for
+        let mut notes: Vec<String> = waits_for
             .iter()
             .take(MOST_NAMED)
             .map(|(robot, other)| format!("{robot} waits for {other}"))
             .collect();
-        if waits.is_empty() { Ok(()) } else { write!(f, " ({})", waits.join(", ")) }
+        let others = out_of_service.iter().take(MOST_NAMED).map(u32::to_string);
+        match out_of_service.len() {
+            0 => {}
+            1 => notes.push(format!("robot {} is out of service", out_of_service[0])),
+            _ => {
+                let others = others.collect::<Vec<_>>().join(", ");
+                notes.push(format!("robots {others} are out of service"));
+            }
+        }
+        if notes.is_empty() { Ok(()) } else { write!(f, " ({})", notes.join(", ")) }
     }
 }
 
@@ -186,6 +202,7 @@ mod tests {
         let last = LastState {
             waits_for: BTreeMap::from([(0, 1), (1, 2), (7, 0)]),
             places: vec![[1.0, 2.5], [3.0, 2.5], [5.0, 2.5], [9.0, 0.0]],
+            out_of_service: vec![2],
         };
         let stalls = stalls(report(), &last, 1800.0).expect("a report");
         assert_eq!(stalls[0].places, BTreeMap::new(), "it is over");
@@ -198,8 +215,9 @@ mod tests {
                 "all robots with orders stand from 1:40 min to 7:00 min: robots 0, 1, the first \
                  of them at (1.0, 2.5) m",
                 "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
-                 at (1.0, 2.5) m (0 waits for 1, 1 waits for 2)",
-                "robot 3 stands at (1.0, 2.5) m with an order from 1:40 min on, while others drive",
+                 at (1.0, 2.5) m (0 waits for 1, 1 waits for 2, robot 2 is out of service)",
+                "robot 3 stands at (1.0, 2.5) m with an order from 1:40 min on, while others \
+                 drive (robot 2 is out of service)",
             ]
         );
     }

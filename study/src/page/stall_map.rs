@@ -112,6 +112,7 @@ mod tests {
             place: None,
             waits_for: BTreeMap::from([(0, 7), (3, 0)]),
             places: BTreeMap::from([(0, [2.0, 0.0]), (3, [4.0, 0.0]), (7, [0.0, 0.0])]),
+            out_of_service: Vec::new(),
         };
         let svg = stall_map(&graph, &stall).expect("a picture");
         let count = |part: &str| svg.matches(part).count();

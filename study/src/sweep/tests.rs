@@ -126,6 +126,7 @@ fn stalling(most: u32) -> (Curve, Known) {
                             place: None,
                             waits_for: BTreeMap::new(),
                             places: BTreeMap::new(),
+                            out_of_service: Vec::new(),
                         });
                     }
                     known.insert((robots, seed), Ok(run));
