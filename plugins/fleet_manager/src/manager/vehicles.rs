@@ -86,7 +86,9 @@ impl Manager {
             // At a door, or a lift.
             _ if state.awaits_release && order.is_some() => Activity::Waiting,
             // Until roads are open again.
-            _ if state.is_unreachable() && order.is_some() => Activity::Waiting,
+            _ if state.is_unreachable() && state.speed == 0.0 && order.is_some() => {
+                Activity::Waiting
+            }
             _ if self.charging.is_charging(robot) => Activity::Charging,
             _ => match order {
                 Some(order) if order.is_bound => Activity::Carrying,
