@@ -46,7 +46,9 @@ impl Rate {
 /// A planner that may take over.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
+    /// The planner.
     pub kind: PlannerKind,
+    /// What the robots carry under it.
     pub rate: Rate,
 }
 
