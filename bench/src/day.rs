@@ -71,9 +71,10 @@ pub fn run(program: &Program, args: &DayArgs) -> Result<ExitCode, Failure> {
     let mut table = String::from("| | measured | bar | |\n|---|---|---|---|\n");
     writeln!(
         table,
-        "| a day of {ORDERS} orders, 24 h, {ROBOTS} robots, processor time of a run: median of {count} \
-         | {median:.0} s | {BAR_SECS:.0} s | {} |\n\
-         | days that were over within an hour of their last order | {over} of {count} | all | {} |\n\
+        "| a day of {ORDERS} orders, 24 h, {ROBOTS} robots, processor time of a run: median of \
+         {count} | {median:.0} s | {BAR_SECS:.0} s | {} |\n\
+         | days that were over within an hour of their last order | {over} of {count} | all \
+         | {} |\n\
          | orders whose parts of the time don't add up to it, to the tick, of {orders} \
          | {inexact} | 0 | {} |",
         verdict(median <= BAR_SECS),

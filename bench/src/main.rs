@@ -33,7 +33,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Measure a day of 20,000 orders in one run, and whether the parts of each order's time add up.
+    /// Measure a day of 20,000 orders in one run, and the sums of the parts of each order's time.
     Day(day::DayArgs),
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),

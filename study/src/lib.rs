@@ -3,8 +3,8 @@
 //! A [`plan`] makes [`job`]s: self-contained files that [`workers`] turn into [`outcome`]s on any
 //! machine. The [`store`] keeps them, with a [`seal`] on each result. The [`sweep`] selects the next
 //! jobs by the outcomes so far, and [`conduct`] drives it. The [`answer`] summarises the outcomes by
-//! [`statistics`], [`bottleneck`]s and [`relief`]s, with the [`certificate`] of the layout, and the [`page`]
-//! shows it.
+//! [`statistics`], [`bottleneck`]s and [`relief`]s, with the [`certificate`] of the layout, and the
+//! [`page`] shows it.
 //!
 //! Masters of VDA 5050 work in real time: [`master`] has the studies of those.
 //!

@@ -92,7 +92,7 @@ pub struct Relief {
     pub gain: Option<Interval>,
     /// The finding.
     pub verdict: Verdict,
-    /// Whether it left the race before its end, as another one is better or as it brings too little.
+    /// Whether it left the race before its end: another one is better, or it brings too little.
     pub has_left: bool,
     /// The failure of a run with it.
     #[serde(skip_serializing_if = "Option::is_none")]

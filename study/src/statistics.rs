@@ -42,8 +42,8 @@ impl Interval {
         Some(Self { mean, half_width, values: count })
     }
 
-    /// Returns the mean of independent values with an interval that is one of some: all of them hold
-    /// together with 95 % confidence (Bonferroni; Law, section 9.7). `None` if there are no values.
+    /// Returns the mean of independent values with an interval that is one of some: all of them
+    /// hold together with 95 % confidence (Bonferroni; Law, section 9.7). `None` if there are no values.
     pub fn joint(values: &[f64], intervals: usize) -> Option<Self> {
         let single = Self::of(values)?;
         let degrees = single.values.saturating_sub(1);
@@ -88,8 +88,8 @@ fn t_975(degrees: usize) -> f64 {
     z + (z3 + z) / (4.0 * n) + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
 }
 
-/// Returns the value that the absolute value of a variable with Student's t distribution exceeds with
-/// a probability, rounded to a thousandth, as those of tables are: the same on any machine.
+/// Returns the value that the absolute value of a variable with Student's t distribution exceeds
+/// with a probability, rounded to a thousandth, as those of tables are: the same on any machine.
 fn quantile(degrees: usize, probability: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while beyond(degrees, high) > probability && high < MOST_QUANTILE {

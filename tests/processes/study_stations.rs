@@ -3,7 +3,8 @@
 //!
 //! Orders come at random, and robots are never rare: the arrivals at a station are those of the
 //! orders, later by ways that don't depend on each other, and so they come at random, too. Of a
-//! closed network, mean value analysis is exact: Reiser and Lavenberg, Journal of the ACM 27 (1980).
+//! closed network, mean value analysis is exact: Reiser and Lavenberg, Journal of the ACM 27
+//! (1980).
 //! For batches: Gross and Harris, Fundamentals of Queueing Theory (1998), section 3.1.
 
 use std::fs;

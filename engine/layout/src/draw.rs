@@ -39,7 +39,8 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 /// they allow reverse gear. Nodes show their headings, and rings in the colours of their roles;
 /// stations are squares, doors bars, cabins of lifts outlines. Labels are names or else ids: those
 /// of nodes in grey, unless there are thousands; those of edges in the colour of the edge, if there
-/// are few. Zones have their names in their middle. A label without room is left out. The lines of the background are grey.
+/// are few. Zones have their names in their middle. A label without room is left out. The lines of
+/// the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
     Map::new(graph).write(None)
 }
@@ -352,8 +353,10 @@ mod tests {
 
     #[test]
     fn zones_are_named_whether_they_have_a_rule_or_not() {
-        let text = "Vertices:\n- {Id: 1, X: 1, Y: 1, Theta: 0, Zone: hall}\n- {Id: 2, X: 5, Y: 1, Theta: 0, Zone: gate}\n\
-            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n\
+        let text = "Vertices:\n- {Id: 1, X: 1, Y: 1, Theta: 0, Zone: hall}\n\
+            - {Id: 2, X: 5, Y: 1, Theta: 0, Zone: gate}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, \
+            VelocityForward: 1}\n\
             Zones:\n- {Name: gate, Capacity: 1, Nodes: [2]}\n";
         let (graph, _) = parse(text, "g", &ReadOptions::default()).unwrap();
         let places = [("gate", DVec2::new(5.0, 1.0)), ("hall", DVec2::new(1.0, 1.0))];

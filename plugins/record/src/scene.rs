@@ -100,7 +100,8 @@ fn field(name: &str, offset: u32, numeric_type: NumericType) -> PackedElementFie
     PackedElementField { name: name.to_owned(), offset, r#type: numeric_type as i32 }
 }
 
-/// Encodes walls, the route graph and the names of stations, which replace those of the previous message.
+/// Encodes walls, the route graph and the names of stations, which replace those of the previous
+/// message.
 pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let points = world.edges().iter().flat_map(|edge| world.curves(edge)).flat_map(lines).collect();
     let entity = SceneEntity {

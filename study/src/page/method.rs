@@ -50,8 +50,8 @@ fn day() -> String {
      figures are those of all orders, up to the end of the last one (Law, Simulation Modeling and \
      Analysis, 5th edition, 9.4). Orders that are open at the limit count with their time so far, \
      and such a day meets no target. A day that is drawn from blocks of time is drawn by the local \
-     block bootstrap: each block gets the orders of itself or of one of its two neighbours (Paparoditis and \
-     Politis, Comptes Rendus de l'Académie des Sciences 335, 2002)."
+     block bootstrap: each block gets the orders of itself or of one of its two neighbours \
+     (Paparoditis and Politis, Comptes Rendus de l'Académie des Sciences 335, 2002)."
         .to_owned()
 }
 

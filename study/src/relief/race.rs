@@ -3,9 +3,9 @@
 //! All candidates begin with the least number of seeds, the same as those of the plant without a
 //! relief. After each round, a candidate leaves if the paired difference to the best one is surely
 //! against it, or if what it brings is surely under one per cent; the others get one more seed, up
-//! to the most. 'Surely' is by intervals that hold for all candidates after all rounds together with
-//! 95 % confidence (Bonferroni). The race is that of Maron and Moore
-//! (Hoeffding races, 1994), with Student's paired intervals as in Moore and Lee (1994).
+//! to the most. 'Surely' is by intervals that hold for all candidates after all rounds together
+//! with 95 % confidence (Bonferroni). The race is that of Maron and Moore (Hoeffding races, 1994),
+//! with Student's paired intervals as in Moore and Lee (1994).
 
 use super::{Candidate, Measure, Relief, Verdict};
 use crate::outcome::{Measured, RunEnd};

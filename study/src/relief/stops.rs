@@ -159,7 +159,7 @@ fn clearance(graph: &RouteGraph, node: NodeIndex, place: DVec2) -> f64 {
         let other = if edge.origin == node { edge.destination } else { edge.origin };
         let from = graph.node(other).position;
         neighbours.push(other);
-        // A robot at the one must leave the way to the other free, but for the part that both share.
+        // A robot at the one leaves the way to the other free, but for the part that both share.
         for part in SAMPLES {
             clearance = clearance.min(from.lerp(place, part).distance(at));
             clearance = clearance.min(from.lerp(at, part).distance(place));

@@ -137,8 +137,8 @@ fn middle(graph: &RouteGraph, track: &Track, length: f64) -> Option<[u32; 2]> {
     has_room.then(|| longest.map(|edge| graph.edge(edge).id))
 }
 
-/// The length of a place to pass, for robots of a length, in metres: one stands on it, and it leaves
-/// the track and comes back.
+/// The length of a place to pass, for robots of a length, in metres: one stands on it, and it
+/// leaves the track and comes back.
 fn siding(length: f64) -> f64 {
     2.0 * length + 4.0 * CLEARANCE
 }

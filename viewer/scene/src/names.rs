@@ -1,5 +1,5 @@
-//! The names of stations, doors, lifts and zones on the plan, each with the scale from which there is
-//! room for it. A name that is shown at a scale is shown at all larger ones, so that names neither
+//! The names of stations, doors, lifts and zones on the plan, each with the scale from which there
+//! is room for it. A name that is shown at a scale is shown at all larger ones, so that names neither
 //! flicker nor jump while a camera moves.
 
 use std::collections::HashMap;

@@ -271,8 +271,8 @@ impl Sides<'_> {
             let [from, to] = [from, to].map(Option::unwrap_or_default);
             changes.push(format!("home {from} → {to}"));
         }
-        let size = |lift: &Lift| lift.cabin.as_ref().map(|cabin| cabin.size);
-        if size(a) != size(b) {
+        let [from, to] = [a, b].map(|lift| lift.cabin.as_ref().map(|cabin| cabin.size));
+        if from != to {
             changes.push("size of the cabin".to_owned());
         }
         if levels(self.first, a) != levels(self.second, b) {

@@ -1,5 +1,5 @@
-//! The values of nodes, edges, stations, zones, doors, lifts and background lines in our own format,
-//! and their types.
+//! The values of nodes, edges, stations, zones, doors, lifts and background lines in our own
+//! format, and their types.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;

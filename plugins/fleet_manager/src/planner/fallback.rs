@@ -48,7 +48,7 @@ impl Rate {
 pub struct Candidate {
     /// The planner.
     pub kind: PlannerKind,
-    /// What the robots carry under it.
+    /// The stops per second that robots handle under it.
     pub rate: Rate,
 }
 

@@ -126,7 +126,7 @@ fn the_tables_may_be_in_two_files() {
         message.contains("map-edges.csv:2: error: `Reverse Speed` is `slow`: give a number"),
         "{message}"
     );
-    // What is wrong with an edge is told where the edge is, whichever file is given.
+    // An error of an edge has the place of the edge, whichever file is given.
     let lost = edges.replace("5,1,2,", "5,1,77,");
     assert_ne!(lost, edges);
     std::fs::write(folder.path().join("map-edges.csv"), lost).expect("written");
