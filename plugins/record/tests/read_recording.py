@@ -50,11 +50,13 @@ def check_points(cloud, frame):
 
 
 def check_graph(graph, world):
-    """Checks that the lines of the graph for general tools include the ends of each curve of the world's edges."""
+    """Checks that the lines of the scene include the walls and the ends of each curve of the world's edges."""
     (entity,) = graph.entities
-    (line,) = entity.lines
-    assert line.type == line.LINE_LIST and len(line.points) % 2 == 0
-    points = {(point.x, point.y) for point in line.points}
+    walls, roads = entity.lines
+    for line in entity.lines:
+        assert line.type == line.LINE_LIST and len(line.points) % 2 == 0
+    assert bool(walls.points) == bool(world.background), (len(walls.points), len(world.background))
+    points = {(point.x, point.y) for point in roads.points}
     for edge in world.edges:
         assert len(edge.control_points) % 8 == 0 and edge.control_points, edge.id
         for first in range(0, len(edge.control_points), 8):
