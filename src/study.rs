@@ -5,6 +5,7 @@ mod export;
 mod master;
 pub mod observers;
 mod output;
+mod pdf;
 mod request;
 mod single_run;
 mod watch;
@@ -22,6 +23,7 @@ use regatta_study::store::{Accepted, Store};
 use regatta_study::workers::{Adapter, Local, Workers, WorkersError};
 
 pub use self::observers::{ObserverArgs, run as run_observers};
+use self::pdf::Browser;
 pub use self::single_run::{StudyRunArgs, run as run_single};
 use self::watch::Terminal;
 use crate::arguments::{LayoutArgs, Time};
@@ -105,6 +107,10 @@ pub struct StudyArgs {
     /// Record one run of the first variant with the number of robots of the answer
     #[arg(long, help_heading = OUTPUT)]
     record: bool,
+    /// Print the page to study.pdf as well, by Chromium, Chrome or Edge, or the program that the
+    /// variable REGATTA_BROWSER names
+    #[arg(long, conflicts_with = "export_jobs", help_heading = OUTPUT)]
+    pdf: bool,
     /// Use results in the folder that other users or machines have made
     #[arg(long, help_heading = OUTPUT)]
     foreign_results: bool,
@@ -116,6 +122,14 @@ pub struct StudyArgs {
     day: DayArgs,
     #[command(flatten)]
     layout: LayoutArgs,
+}
+
+impl StudyArgs {
+    /// The browser that prints the page, if it is wanted. One that is missing is told before the
+    /// runs, not after them.
+    fn browser(&self) -> Result<Option<Browser>, Failure> {
+        if self.pdf { Browser::find().map(Some) } else { Ok(None) }
+    }
 }
 
 fn parse_seeds(text: &str) -> Result<(u64, u64), String> {
@@ -144,6 +158,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     if let Some(broker) = args.master.broker() {
         return master::run(args, broker);
     }
+    let browser = args.browser()?;
     let plan = request::plan(args)?;
     let termination = Termination::watch().map_err(plugin_failure)?;
     if let Some(folder) = &args.export_jobs {
@@ -158,7 +173,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     let mut workers = workers(args, &watcher)?;
     let answer = conduct(&plan, &store, &mut *workers, &watcher)?;
     drop(watcher);
-    output::write(&answer, &plan.variants[0], &folder)?;
+    output::write(&answer, &plan.variants[0], &folder, browser.as_ref())?;
     if args.record {
         output::record(&plan, &store, &answer)?;
     }

@@ -3,6 +3,7 @@
 //! an SVG plot.
 
 mod day;
+mod least;
 mod management;
 mod plants;
 mod reading;
@@ -35,6 +36,8 @@ struct Cli {
 enum Command {
     /// Measure a day of 20,000 orders in one run, and the sums of the parts of each order's time.
     Day(day::DayArgs),
+    /// Compare the least fleets that studies find on small plants with runs of all numbers.
+    Least(least::LeastArgs),
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),
     /// Measure planners of the fleet manager on many plants: throughput, standstills, contacts.
@@ -86,6 +89,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     };
     match &cli.command {
         Command::Day(args) => day::run(&program, args),
+        Command::Least(args) => least::run(&program, args),
         Command::Management(args) => management::run(&program, args),
         Command::Plants(args) => plants::run(&program, args),
         Command::Reading(args) => reading::run(&program, args),

@@ -2,7 +2,7 @@
 //! plant is a study of its own, by the program `regatta`.
 
 mod generated;
-mod manifest;
+pub mod manifest;
 mod measure;
 mod summary;
 mod tables;

@@ -109,6 +109,7 @@ impl MasterArgs {
 /// written.
 pub fn run(args: &StudyArgs, broker: Option<&BrokerUrl>) -> Result<ExitCode, Failure> {
     let way = args.master.way()?;
+    let browser = args.browser()?;
     let plan = plan(args, &way, broker)?;
     let folder = folder(args, &plan)?;
     let termination = Termination::watch().map_err(plugin_failure)?;
@@ -118,7 +119,7 @@ pub fn run(args: &StudyArgs, broker: Option<&BrokerUrl>) -> Result<ExitCode, Fai
     let answer = MasterAnswer::new(&plan, points, is_interrupted);
     let blocks = master_content(&answer, &plan.variant);
     let json = serde_json::to_value(&answer)?;
-    output::write_page(&json, &master_title(&answer), &blocks, &folder)?;
+    output::write_page(&json, &master_title(&answer), &blocks, &folder, browser.as_ref())?;
     Ok(if answer.is_good() { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
 }
 

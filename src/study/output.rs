@@ -9,13 +9,19 @@ use regatta_study::plan::{Plan, Question, Variant};
 use regatta_study::store::Store;
 use serde_json::Value;
 
+use super::pdf::Browser;
 use crate::failure::Failure;
 use crate::output::{quoted, show, write_inside};
 
 /// Writes the answer into the folder of the study, and prints it.
-pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failure> {
+pub fn write(
+    answer: &Answer,
+    base: &Variant,
+    folder: &Path,
+    browser: Option<&Browser>,
+) -> Result<(), Failure> {
     let blocks = content(answer, base, &command_line());
-    write_page(&serde_json::to_value(answer)?, &title(answer), &blocks, folder)
+    write_page(&serde_json::to_value(answer)?, &title(answer), &blocks, folder, browser)
 }
 
 /// Returns the command line of this process, for a shell.
@@ -24,13 +30,14 @@ fn command_line() -> String {
     std::iter::once("regatta".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Writes an answer as JSON and as a page into the folder of the study, and prints what the page
-/// says first.
+/// Writes an answer as JSON and as a page into the folder of the study, also as PDF if there is a
+/// browser for it, and prints what the page says first.
 pub fn write_page(
     answer: &Value,
     title: &str,
     blocks: &[Block],
     folder: &Path,
+    browser: Option<&Browser>,
 ) -> Result<(), Failure> {
     let mut files = vec![
         ("study.json".to_owned(), format!("{answer:#}\n").into_bytes()),
@@ -52,6 +59,9 @@ pub fn write_page(
         }
     }
     println!("{}", folder.join("index.html").display());
+    if let Some(browser) = browser {
+        println!("{}", browser.print(folder)?.display());
+    }
     Ok(())
 }
 

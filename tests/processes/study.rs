@@ -301,6 +301,32 @@ fn what_cannot_be_studied_is_told_in_one_line() {
 }
 
 #[test]
+fn the_page_is_printed_by_a_browser_and_a_missing_one_is_told_before_the_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let args = ["--robots", "1", "--pdf"];
+    let mut command = study(folder.path(), &args);
+    let output = command.env("REGATTA_BROWSER", "no-browser").output().expect("regatta starts");
+    assert_eq!(text(&output.stderr), "regatta: REGATTA_BROWSER: there is no program no-browser\n");
+    assert!(!folder.path().join("results").exists(), "no run was begun");
+    // A program that fails stands for a browser without its libraries.
+    let mut command = study(folder.path(), &args);
+    let output = command.env("REGATTA_BROWSER", "false").output().expect("regatta starts");
+    assert!(text(&output.stderr).contains("has not printed"), "{}", text(&output.stderr));
+    assert!(folder.path().join("index.html").exists(), "the page stays");
+    let output = study(folder.path(), &args).output().expect("regatta starts");
+    if text(&output.stderr).contains("no Chromium, Chrome or Edge was found") {
+        return;
+    }
+    success(&output);
+    let pdf = fs::read(folder.path().join("study.pdf")).expect("a PDF");
+    assert!(pdf.starts_with(b"%PDF-") && pdf.len() > 10_000, "{} bytes", pdf.len());
+    let left = fs::read_dir(folder.path()).expect("a folder").filter_map(Result::ok);
+    assert!(
+        left.map(|entry| entry.file_name()).all(|name| !name.to_string_lossy().contains("pdf-"))
+    );
+}
+
+#[test]
 fn too_many_robots_end_the_range_and_do_not_end_the_study() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().join("s");

@@ -52,11 +52,15 @@ impl Writer<'_> {
         remarks
     }
 
-    /// The number of robots that is proved safe, if it is more than one.
+    /// The number of robots that is proved safe, if there is one.
     fn safe(&self) -> Option<Remark> {
         let robots = match self.certificate.safe_robots() {
             None => "any number of robots".to_owned(),
-            Some(0 | 1) => return None,
+            Some(0) => return None,
+            Some(1) => {
+                let message = "1 robot alone is safe; 2 or more may all wait for each other";
+                return Some(Remark::new(Topic::Ring, message.to_owned()));
+            }
             Some(robots) => format!("up to {robots} robots"),
         };
         let more = match self.certificate.zones.as_slice() {

@@ -32,6 +32,7 @@ fn a_corridor_between_two_halls_is_a_section() {
     );
     assert_line(&lines, "ring: 2 robots may wait for each other at", &["such as"]);
     assert_line(&lines, "ring: 3 robots at", &["each waits for the next one"]);
+    assert_line(&lines, "ring: 1 robot alone is safe", &["2 or more may"]);
 }
 
 #[test]
