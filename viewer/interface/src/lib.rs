@@ -79,6 +79,10 @@ use view_model::{Action, ViewModel};
 /// The least width of a window with a panel on either side, in points.
 const TWO_PANELS: f32 = 900.0;
 
+/// The least width of a window that has room for panels on both sides, in points. In a narrower
+/// one, two open panels share the left side, so that most of the window is for the plant.
+const BOTH_SIDES: f32 = 1400.0;
+
 /// The least width of a window in which the panel on the left opens wide, in points.
 const ALL_COLUMNS: f32 = 1500.0;
 
@@ -89,6 +93,9 @@ const IN_SIGHT: f32 = 40.0;
 const LOWEST_PANEL: f32 = 180.0;
 const LOWEST_PLOTS: f32 = 110.0;
 const LOWEST_PICTURE: f32 = 20.0;
+
+/// The height of a window below which plots open as low as they can be, in points.
+const LOW: f32 = 900.0;
 
 impl Interface {
     /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is,
@@ -206,20 +213,25 @@ impl Interface {
         self.last.plots = self.settings.plots;
     }
 
-    /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other
-    /// side.
+    /// Shows the open panels, both on the left in a window of medium width. In a narrow or low
+    /// one, a panel that opens closes the other one.
     fn panels(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let room = ui.available_width();
+        let room = ui.available_size();
         let open = &mut self.settings;
-        if room < TWO_PANELS && open.left.is_some() && open.right.is_some() {
+        let is_shared = room.x < BOTH_SIDES && open.left.is_some() && open.right.is_some();
+        let is_too_small = room.x < TWO_PANELS || room.y < 2.0 * LOWEST_PANEL;
+        if is_shared && is_too_small {
             match open.left == self.last.left {
                 true => open.left = None,
                 false => open.right = None,
             }
         }
         self.last.left = open.left;
-        self.left_panel(ui, room, model, actions);
-        self.right_panel(ui, room, model, actions);
+        let shared = self.settings.right.filter(|_| is_shared && !is_too_small);
+        self.left_panel(ui, room.x, shared, model, actions);
+        if shared.is_none() {
+            self.right_panel(ui, room.x, model, actions);
+        }
     }
 
     fn apply_style(&mut self, ui: &Ui) {
@@ -290,8 +302,8 @@ impl Interface {
             };
             let highest = (ui.available_height() - beside).clamp(0.0, 320.0);
             let sizes = LOWEST_PLOTS.min(highest)..=highest;
-            let panel =
-                Panel::bottom("plots").default_size(150.0).size_range(sizes).resizable(true);
+            let size = if ui.ctx().content_rect().height() < LOW { LOWEST_PLOTS } else { 150.0 };
+            let panel = Panel::bottom("plots").default_size(size).size_range(sizes).resizable(true);
             panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
                 within(ui, |ui| {
                     self.present(model, actions, |interface, context| {
@@ -302,10 +314,12 @@ impl Interface {
         }
     }
 
+    /// Shows the panel on the left, over a `shared` one if there is one.
     fn left_panel(
         &mut self,
         ui: &mut Ui,
         room: f32,
+        shared: Option<RightPanel>,
         model: &ViewModel<'_>,
         actions: &mut Vec<Action>,
     ) {
@@ -317,6 +331,9 @@ impl Interface {
             .size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
             within(ui, |ui| {
+                if let Some(shared) = shared {
+                    self.lower_panel(ui, shared, model, actions);
+                }
                 self.present(model, actions, |interface, context| match open {
                     LeftPanel::Fleet => interface.fleet.show(context, ui),
                     LeftPanel::Collisions => interface.collisions.show(context, ui),
@@ -324,6 +341,23 @@ impl Interface {
                     LeftPanel::Log => interface.log.show(context, ui),
                 });
             });
+        });
+    }
+
+    /// Shows a panel that belongs on the right below the one on the left.
+    fn lower_panel(
+        &mut self,
+        ui: &mut Ui,
+        open: RightPanel,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        let room = ui.available_height();
+        let sizes = LOWEST_PANEL.min(room / 2.0)..=(room - LOWEST_PANEL).max(room / 2.0);
+        let panel = Panel::bottom("lower").default_size(room / 2.0).size_range(sizes);
+        let margin = egui::Margin { top: style::PANEL_MARGIN as i8, ..egui::Margin::ZERO };
+        panel.frame(egui::Frame::new().inner_margin(margin)).resizable(true).show(ui, |ui| {
+            within(ui, |ui| self.scroll_right(ui, open, model, actions));
         });
     }
 
@@ -339,12 +373,20 @@ impl Interface {
             .default_size(280.0)
             .size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
-            within(ui, |ui| {
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.present(model, actions, |interface, context| {
-                        interface.show_right(context, open, ui);
-                    });
-                });
+            within(ui, |ui| self.scroll_right(ui, open, model, actions));
+        });
+    }
+
+    fn scroll_right(
+        &mut self,
+        ui: &mut Ui,
+        open: RightPanel,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            self.present(model, actions, |interface, context| {
+                interface.show_right(context, open, ui);
             });
         });
     }

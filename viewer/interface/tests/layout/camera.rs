@@ -10,6 +10,7 @@ use regatta_interface::camera_controller::CameraController;
 use regatta_interface::overlay::LEGEND;
 use regatta_interface::settings::{LeftPanel, RightPanel};
 use regatta_interface::view_model::Item;
+use regatta_plugin::work::WorkFigures;
 use regatta_scene::camera::{Bounds, Camera, Window};
 
 use crate::fixture::{Fixture, USUAL, harness, harness_of, windows};
@@ -95,7 +96,7 @@ fn an_untouched_camera_is_fitted_anew_when_a_panel_opens_or_closes() {
     });
     for (key, part) in [
         (Key::Num1, 290.0..=1280.0),
-        (Key::Num4, 290.0..=1000.0),
+        (Key::Num4, 290.0..=1280.0),
         (Key::Num1, 0.0..=1000.0),
         (Key::Num4, 0.0..=1280.0),
     ] {
@@ -141,11 +142,38 @@ fn what_is_fitted_lies_between_the_panels() {
     harness.key_press(Key::O);
     harness.key_press(Key::Home);
     harness.run_steps(80);
-    is_between(&harness, 290.0..=1000.0);
-    // And fills the part that is free when one closes.
-    harness.key_press(Key::Num4);
-    harness.run_steps(6);
     is_between(&harness, 290.0..=1280.0);
+    // And fills the part that is free when one closes.
+    harness.key_press(Key::Num1);
+    harness.run_steps(6);
+    is_between(&harness, 0.0..=1000.0);
+}
+
+/// The part of a window of 1280 × 800 points that a panel on each side leaves, with the plots or
+/// without them.
+fn share_of_the_plant(plots: bool) -> f32 {
+    let mut harness = harness_of([1280.0, 800.0], 1.0, |fixture| {
+        fixture.work = Some((1, WorkFigures::default()));
+        fixture.interface.settings.plots = plots;
+    });
+    for key in [Key::Num1, Key::Num4] {
+        harness.key_press(key);
+        harness.run_steps(6);
+    }
+    let fixture = harness.state();
+    let settings = &fixture.interface.settings;
+    assert!(settings.left.is_some() && settings.right.is_some() && settings.plots == plots);
+    let place = |name: &str| fixture.panel(name).expect("open");
+    let window = place("top").union(place("bottom"));
+    let low = place(if plots { "plots" } else { "bottom" }).top();
+    let size = egui::vec2(window.right() - place("left").right(), low - place("left").top());
+    size.x * size.y / window.area()
+}
+
+#[test]
+fn panels_leave_most_of_the_window_to_the_plant() {
+    let shares = [false, true].map(share_of_the_plant);
+    assert!(shares[0] >= 0.65 && shares[1] >= 0.54, "{shares:?}");
 }
 
 #[test]

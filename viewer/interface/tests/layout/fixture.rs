@@ -126,6 +126,10 @@ impl Fixture {
         // Those that were open are remembered.
         let is_open = match name {
             "left" => settings.left.is_some(),
+            // In a window of medium width, it lies below the one on the left.
+            "right" if self.picture.width() < 1400.0 => {
+                settings.right.is_some() && settings.left.is_none()
+            }
             "right" => settings.right.is_some(),
             "plots" => settings.plots,
             _ => true,
