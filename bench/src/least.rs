@@ -41,8 +41,8 @@ const BEYOND: u64 = 2;
 const PROBES: usize = 12;
 const PROBE_GAP_SECS: f64 = 900.0;
 /// The length of the day in seconds, and the robots that its orders would keep busy all the time.
-const DAY_SECS: f64 = 1500.0;
-const BUSY_ROBOTS: f64 = 2.0;
+const DAY_SECS: f64 = 1200.0;
+const BUSY_ROBOTS: f64 = 3.0;
 /// The limits of the targets, as multiples of the mean service of an order alone.
 const MEAN_LIMIT: f64 = 1.6;
 const P90_LIMIT: f64 = 2.8;
@@ -105,7 +105,7 @@ pub fn run(program: &Program, args: &LeastArgs) -> Result<ExitCode, Failure> {
     let count = compared.len();
     let bar = if count == PLANTS.len() && right >= BAR { "met" } else { "**missed**" };
     let markdown = format!(
-        "# The least fleet\n\n{line}\n\nA day of 25 minutes on each plant. The answer is that of \
+        "# The least fleet\n\n{line}\n\nA day of 20 minutes on each plant. The answer is that of \
          `regatta study --target`, by its own rule for the number of seeds; the truth is the \
          least number of robots whose means over {} seeds are within the limits.\n\n{}\n\
          At most one robot off: {right} of {count}; the bar is {BAR} of {}: {bar}.\n",
