@@ -1,4 +1,4 @@
-//! Files of orders with times: YAML, CSV or a workbook of Excel.
+//! Files of orders with times: YAML, CSV, a workbook of Excel or Parquet.
 //!
 //! YAML is a list (or a map with the list `orders`) of `{name: …, time: 12.5, priority: 3,
 //! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
@@ -10,10 +10,14 @@
 //! `place:action:dwell`; `%20`, `%3A` and `%25` in names are a space, a colon and a per cent sign. Other
 //! files have `from` and `to`. Times are in seconds of simulated time, or as [`clock`] reads them.
 //!
-//! A workbook (XLSX) has the same table in its first sheet with cells.
+//! A workbook (XLSX) has the same table in its first sheet with cells; a file of Parquet has it in flat
+//! columns.
 
 pub mod clock;
 pub mod columns;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod rows;
 pub mod table;
 mod workbook;
 
@@ -76,7 +80,7 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, FileError> {
 }
 
 /// Reads a file of orders: a table by the ending of its name (`.csv`, `.tsv`, `.txt`, `.xlsx`,
-/// `.xlsm`), and YAML otherwise.
+/// `.xlsm`, with the feature `parquet` also `.parquet`), and YAML otherwise.
 ///
 /// # Errors
 /// [`FileError`] if it can't be read or has an error.
@@ -94,6 +98,10 @@ pub fn read_table(path: &Path) -> Result<Table, FileError> {
     let table = match ending.to_str() {
         Some("csv" | "tsv" | "txt") => Table::parse(&decoded(&bytes_of(path)?)),
         Some("xlsx" | "xlsm") => workbook::csv_of(bytes_of(path)?)
+            .map_err(|reason| yaml::Error { line: 1, reason })
+            .and_then(|sheet| Table::parse_sheet(&sheet)),
+        #[cfg(feature = "parquet")]
+        Some("parquet" | "pq") => parquet::csv_of(bytes_of(path)?)
             .map_err(|reason| yaml::Error { line: 1, reason })
             .and_then(|sheet| Table::parse_sheet(&sheet)),
         _ => parse_yaml(&text_of(path)?).map(|orders| Table { orders, ..Table::default() }),

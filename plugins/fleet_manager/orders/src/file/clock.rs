@@ -204,6 +204,12 @@ fn days_from_1970(year: i64, month: i64, day: i64) -> i64 {
     era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
 }
 
+/// Returns the date so many days after 1970-01-01, as [`parse`] reads it.
+pub(super) fn date_text(days: i64) -> String {
+    let (year, month, day) = date_of(days);
+    format!("{year}-{month:02}-{day:02}")
+}
+
 /// Returns the year, the month and the day of a number of days from 1970-01-01, as above
 /// (`civil_from_days`).
 fn date_of(days: i64) -> (i64, i64, i64) {

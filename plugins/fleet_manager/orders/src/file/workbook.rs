@@ -5,14 +5,9 @@ use std::io::Cursor;
 
 use calamine::{DataRef, ExcelDateTime, Reader, SheetType, SheetVisible, Xlsx, XlsxError};
 
-/// The most columns that are read: those of the widest table.
-const MOST_COLUMNS: u32 = 1_000;
-/// The most cells of a table that are read, the empty ones of its rows included.
-const MOST_CELLS: usize = 20_000_000;
-const SECS_PER_DAY: f64 = 86_400.0;
+use super::rows::{self, MOST_COLUMNS, Rows};
 
-/// A sheet's rows from the first on, each with its cells from the first column on.
-type Rows = Vec<Vec<String>>;
+const SECS_PER_DAY: f64 = 86_400.0;
 
 /// Returns the first visible sheet with cells as CSV, with a line for each row. Lines above the
 /// table are empty: the table begins at the first row with two cells, if there is one.
@@ -27,8 +22,8 @@ pub(super) fn csv_of(bytes: Vec<u8>) -> Result<String, String> {
         .map(|sheet| sheet.name.clone());
     for name in sheets.collect::<Vec<_>>() {
         let rows = rows_of(&mut workbook, &name)?;
-        if rows.iter().any(|row| count(row) > 0) {
-            return to_csv(&rows);
+        if rows.iter().any(|row| rows::count(row) > 0) {
+            return rows::to_csv(&rows);
         }
     }
     Err("no sheet of the workbook has cells".to_owned())
@@ -36,11 +31,6 @@ pub(super) fn csv_of(bytes: Vec<u8>) -> Result<String, String> {
 
 fn reason_of(error: XlsxError) -> String {
     format!("it can't be read as a workbook of Excel ({error}): save it as .xlsx or .csv")
-}
-
-/// The number of cells that aren't empty.
-fn count(row: &[String]) -> usize {
-    row.iter().filter(|cell| !cell.is_empty()).count()
 }
 
 /// Reads the cells one by one: a sheet with a single cell far away takes little memory for those
@@ -63,27 +53,6 @@ fn rows_of(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<Rows, Str
         row[column as usize] = text;
     }
     Ok(rows)
-}
-
-/// Writes rows of the same width, and an empty line for each row above the table.
-fn to_csv(rows: &Rows) -> Result<String, String> {
-    let header = rows.iter().position(|row| count(row) > 1);
-    let header = header.or_else(|| rows.iter().position(|row| count(row) > 0)).unwrap_or(0);
-    let table = &rows[header..];
-    let width = table.iter().map(Vec::len).max().unwrap_or(0);
-    if table.len() * width > MOST_CELLS {
-        return Err(format!(
-            "the table has more than {MOST_CELLS} cells up to the last one: remove cells far away, \
-             or split the file"
-        ));
-    }
-    let mut writer = csv::Writer::from_writer(vec![b'\n'; header]);
-    for row in table {
-        let empty = std::iter::repeat_n("", width - row.len());
-        // Writing to memory never fails.
-        let _ = writer.write_record(row.iter().map(String::as_str).chain(empty));
-    }
-    Ok(String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default())
 }
 
 /// Returns the text of a cell on one line.
@@ -154,16 +123,6 @@ mod tests {
         for length in (0..DAY.len()).step_by(97) {
             assert!(csv_of(DAY[..length].to_vec()).is_err(), "cut off after {length} bytes");
         }
-    }
-
-    #[test]
-    fn cells_far_away_are_told_before_they_take_memory() {
-        let mut rows = vec![Vec::new(); 1_000_000];
-        rows[0] = vec!["from".to_owned(), "to".to_owned()];
-        rows[999_999] = vec!["note".to_owned()];
-        assert_eq!(to_csv(&rows).expect("few cells").lines().count(), 1_000_000);
-        rows[999_999] = vec![String::new(); 1_000];
-        assert!(to_csv(&rows).expect_err("many cells").contains("remove cells far away"));
     }
 
     #[test]
