@@ -87,8 +87,8 @@ pub(super) struct Column {
     pub field: Field,
     /// The name in the header.
     pub name: String,
-    /// The metres, radians or metres per second of one unit, if the header gives a unit.
-    pub unit: Option<f64>,
+    /// The unit, if the header gives one.
+    pub unit: Option<Unit>,
 }
 
 /// The columns of a table of nodes or edges.
@@ -143,21 +143,36 @@ impl Column {
     }
 }
 
+/// A unit of a column, as a fraction of metres, metres per second or radians: so the decimal numbers
+/// of a file become the nearest ones, and 5.4 km/h is 1.5 m/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Unit {
+    times: f64,
+    per: f64,
+}
+
+impl Unit {
+    /// Returns a number of the unit in metres, metres per second or radians.
+    pub fn convert(self, number: f64) -> f64 {
+        number * self.times / self.per
+    }
+}
+
 /// Splits a unit in brackets from the end of a name, as in `x [mm]`.
-fn split_unit(name: &str) -> (&str, Option<f64>) {
+fn split_unit(name: &str) -> (&str, Option<Unit>) {
     let inner = name.strip_suffix([']', ')']).and_then(|start| start.rsplit_once(['[', '(']));
     let Some((plain, unit)) = inner else { return (name, None) };
-    let factor = match unit.trim().to_ascii_lowercase().as_str() {
-        "mm" | "mm/s" => 0.001,
-        "cm" | "cm/s" => 0.01,
-        "m" | "m/s" | "rad" => 1.0,
-        "km" => 1000.0,
-        "in" | "inch" => 0.0254,
-        "ft" | "ft/s" => 0.3048,
-        "yd" => 0.9144,
-        "km/h" => 1.0 / 3.6,
-        "deg" | "°" => PI / 180.0,
+    let (times, per) = match unit.trim().to_ascii_lowercase().as_str() {
+        "mm" | "mm/s" => (1.0, 1000.0),
+        "cm" | "cm/s" => (1.0, 100.0),
+        "m" | "m/s" | "rad" => (1.0, 1.0),
+        "km" => (1000.0, 1.0),
+        "in" | "inch" => (254.0, 10_000.0),
+        "ft" | "ft/s" => (3048.0, 10_000.0),
+        "yd" => (9144.0, 10_000.0),
+        "km/h" => (1000.0, 3600.0),
+        "deg" | "°" => (PI, 180.0),
         _ => return (name, None),
     };
-    (plain, Some(factor))
+    (plain, Some(Unit { times, per }))
 }

@@ -3,7 +3,7 @@
 use ::csv::StringRecord;
 use glam::DVec2;
 
-use super::columns::{Columns, Field};
+use super::columns::{Columns, Field, Unit};
 use super::{Place, Reader};
 use crate::model::tags::{Role, Tags};
 use crate::model::value::shorten;
@@ -41,8 +41,7 @@ impl<'a> Row<'a> {
             let id = shorten(id.unwrap_or("?"));
             reader.error(self.place, &format!("node `{id}` has no x or no y: give both"));
         }
-        let heading =
-            self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
+        let heading = self.converted(Field::Theta, 1.0, reader);
         let mut tags = self.tags();
         let role = self.text(Field::Role).map_or(Role::None, |text| {
             text.parse().unwrap_or_else(|error: regatta_base::name::UnknownName| {
@@ -72,9 +71,8 @@ impl<'a> Row<'a> {
         if ends.is_none() {
             reader.error(self.place, "an edge has no ends: give the ids of nodes in both columns");
         }
-        let [speed, reverse] = [Field::Speed, Field::ReverseSpeed].map(|field| {
-            self.number(field, reader).map(|(number, unit)| number * unit.unwrap_or(1.0))
-        });
+        let [speed, reverse] =
+            [Field::Speed, Field::ReverseSpeed].map(|field| self.converted(field, 1.0, reader));
         let mut tags = self.tags();
         if let Some(heading) = self.text(Field::Theta) {
             tags.set("heading", heading);
@@ -137,9 +135,8 @@ impl<'a> Row<'a> {
         self.cells.get(index).filter(|cell| !cell.is_empty())
     }
 
-    /// Returns the number of a column with the factor of its unit. A text that isn't a number is an
-    /// error.
-    fn number(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<(f64, Option<f64>)> {
+    /// Returns the number of a column with its unit. A text that isn't a number is an error.
+    fn number(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<(f64, Option<Unit>)> {
         let text = self.text(field)?;
         let column = self.columns.list.iter().find(|column| column.field == field)?;
         let number: Option<f64> = match self.has_decimal_comma {
@@ -156,10 +153,15 @@ impl<'a> Row<'a> {
         number.map(|number| (number, column.unit))
     }
 
+    /// Returns a number in the unit of its column, or else times a scale.
+    fn converted(self, field: Field, scale: f64, reader: &mut Reader<'_, '_>) -> Option<f64> {
+        let (number, unit) = self.number(field, reader)?;
+        Some(unit.map_or(number * scale, |unit| unit.convert(number)))
+    }
+
     /// Returns a number in metres.
     fn length(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<f64> {
-        let (number, unit) = self.number(field, reader)?;
-        Some(number * unit.unwrap_or(reader.scale))
+        self.converted(field, reader.scale, reader)
     }
 
     fn truth(self, field: Field, reader: &mut Reader<'_, '_>) -> bool {

@@ -92,6 +92,9 @@ fn separators_decimal_commas_units_and_names_vary() {
     assert_eq!(graph.nodes()[0].position, DVec2::new(1.5005, 0.0));
     assert_eq!(graph.nodes()[0].theta, std::f64::consts::FRAC_PI_2);
     assert_eq!((graph.edges()[0].id, graph.edges()[0].speed), (1, 1.25));
+    let hourly = "id,x [in],y\nA,3,0\nB,300,0\n\nfrom,to,speed (km/h)\nA,B,5.4\n";
+    let hourly = parse(hourly, "hourly.csv", &options()).expect("a graph").0;
+    assert_eq!((hourly.nodes()[0].position.x, hourly.edges()[0].speed), (0.0762, 1.5));
     let thousands = "id;x;y\nA;1.000,5;0\nB;12.000;0\n\nfrom;to\nA;B\n";
     let xs = graph_of(thousands);
     assert_eq!(xs, [1000.5, 12_000.0], "a point is no decimal point where commas are");
