@@ -112,6 +112,7 @@ impl DayArgs {
             timetable: to_csv(&orders),
             stops: stops(&orders),
             orders: orders.len(),
+            has_dwell: has_dwell(&orders),
             clock,
             last_secs,
             scale: self.scale.unwrap_or(1.0),
@@ -145,6 +146,12 @@ fn of_file(path: &Path, reason: &str) -> Failure {
     let path = path.display();
     format!("{path}, {reason}; `regatta orders check {path} --plant PLANT` shows all such rows")
         .into()
+}
+
+/// Whether any stop has a time that a robot spends there.
+pub fn has_dwell(orders: &[TimedDraft]) -> bool {
+    let stops = orders.iter().flat_map(|order| &order.draft.destinations);
+    stops.into_iter().any(|stop| stop.dwell > 0.0)
 }
 
 /// Returns the names of all stops.

@@ -13,7 +13,7 @@ use regatta_scenario::{Overrides, Scenario};
 use serde_json::{Value, json};
 
 use crate::arguments::LayoutArgs;
-use crate::day::places;
+use crate::day::{has_dwell, places};
 use crate::failure::Failure;
 use crate::output::show;
 
@@ -146,6 +146,10 @@ impl Check {
             let (gap, from) = (in_words(to - from), from / HOUR_SECS);
             let _ =
                 writeln!(text, "longest gap   {gap} without an order, {from:.1} h after the begin");
+        }
+        if !has_dwell(&self.table.orders) {
+            text +=
+                "time at stops none in the file: robots spend 0 s there, unless a load gives it\n";
         }
         text += "\nhour  orders\n";
         text += &self.by_hour();

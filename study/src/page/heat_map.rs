@@ -51,9 +51,11 @@ pub fn heat_map(
             path.stroke(colour, 2.0 + 0.6 * index as f64).curves(curves);
         }
     }
-    plan.draw_stations(&mut svg, graph);
-    for (bottleneck, rank) in bottlenecks.iter().zip(1..).take(MARKED) {
-        let at = plan.pixel(bottleneck.position.into());
+    let marked = &bottlenecks[..bottlenecks.len().min(MARKED)];
+    let marks: Vec<DVec2> =
+        marked.iter().map(|bottleneck| plan.pixel(bottleneck.position.into())).collect();
+    plan.draw_stations(&mut svg, graph, &marks);
+    for ((bottleneck, at), rank) in marked.iter().zip(marks).zip(1..) {
         svg.element("g").open();
         svg.element("title").content(format_args!(
             "{}: {:.2} robots wait for it, on average",

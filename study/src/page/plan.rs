@@ -17,6 +17,8 @@ const STATION_COLOUR: &str = "#5a6875";
 /// Half the side of a station's square, and the size of the letters of its name, in pixels.
 const STATION: f64 = 3.0;
 const LETTER: f64 = 10.0;
+/// Half of the side of the square that a mark takes, in pixels.
+const MARK: f64 = 12.0;
 /// The largest number of names.
 const MOST_NAMES: usize = 200;
 /// The empty border in pixels.
@@ -85,10 +87,10 @@ impl Plan {
         svg.element("path").fill("none").stroke(WALL, 1.2).polylines(lines);
     }
 
-    /// Draws stations as squares, each with its name as a tooltip, and beside it as far as there is
-    /// room. Then the names of zones in their middle have room.
-    pub fn draw_stations(&self, svg: &mut Svg, graph: &RouteGraph) {
-        let mut taken: Vec<[DVec2; 2]> = Vec::new();
+    /// Draws stations as squares, each with its name as a tooltip, and round it as far as there is
+    /// room beside the marks at some pixels. Then the names of zones in their middle have room.
+    pub fn draw_stations(&self, svg: &mut Svg, graph: &RouteGraph, marks: &[DVec2]) {
+        let mut taken: Vec<_> = marks.iter().map(|at| [at - MARK, at + MARK]).collect();
         for (name, place) in stations(graph) {
             let at = self.pixel(place);
             if !self.contains(at) {
@@ -105,20 +107,36 @@ impl Plan {
         }
     }
 
-    /// Writes a name to the right of a place, if there is room.
+    /// Writes a name to the right of a place, to the left, above or below it, where there is
+    /// room.
     fn write_name(&self, svg: &mut Svg, taken: &mut Vec<[DVec2; 2]>, name: &str, at: DVec2) {
-        let low = at + DVec2::new(2.0 * STATION, -LETTER);
-        let letters = name.chars().count() as f64;
-        let high = low + DVec2::new(0.6 * letters, 1.2) * LETTER;
-        let is_free = taken.iter().all(|[other_low, other_high]| {
-            low.cmpgt(*other_high).any() || high.cmplt(*other_low).any()
-        });
-        let is_inside = self.contains(low) && self.contains(high);
-        if is_free && is_inside && taken.len() < MOST_NAMES {
-            taken.push([low, high]);
-            let text = svg.text(DVec2::new(low.x, at.y + 0.35 * LETTER));
+        let size = DVec2::new(0.6 * name.chars().count() as f64, 1.2) * LETTER;
+        let beside = 2.0 * STATION;
+        let corners = [
+            at + DVec2::new(beside, -0.65 * LETTER),
+            at + DVec2::new(-beside - size.x, -0.65 * LETTER),
+            at + DVec2::new(-0.5 * size.x, -beside - size.y),
+            at + DVec2::new(-0.5 * size.x, beside),
+            // At the border of the plan.
+            at + DVec2::new(-STATION, beside),
+            at + DVec2::new(STATION - size.x, beside),
+        ];
+        let corner =
+            corners.into_iter().find(|corner| self.is_free(taken, [*corner, corner + size]));
+        if let Some(corner) = corner.filter(|_| taken.len() < MOST_NAMES) {
+            taken.push([corner, corner + size]);
+            let text = svg.text(corner + DVec2::new(0.0, LETTER));
             text.number("font-size", LETTER).fill(STATION_COLOUR).content(name);
         }
+    }
+
+    /// Whether a rectangle lies on the plan, and none of others touches it.
+    fn is_free(&self, taken: &[[DVec2; 2]], [low, high]: [DVec2; 2]) -> bool {
+        let mut others = taken.iter();
+        let is_alone = others.all(|[other_low, other_high]| {
+            low.cmpgt(*other_high).any() || high.cmplt(*other_low).any()
+        });
+        is_alone && self.contains(low) && self.contains(high)
     }
 
     /// Draws doors as bars, and the outlines of cabins where they are known, each with its name as

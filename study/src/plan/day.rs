@@ -33,6 +33,8 @@ pub struct Day {
     pub stops: BTreeSet<String>,
     /// The number of orders.
     pub orders: usize,
+    /// Whether the file has the time at a stop.
+    pub has_dwell: bool,
     /// The time of day at which simulated time begins, if the file has such times.
     pub clock: Option<DayClock>,
     /// The time of the last order, in seconds.

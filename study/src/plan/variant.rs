@@ -190,10 +190,14 @@ impl Variant {
         }
     }
 
-    /// Returns the load in words, with the time at stops if a load was made up without one.
+    /// Returns the load in words, with the time at stops if neither a made-up load nor a day has
+    /// one.
     pub fn load_in_words(&self) -> String {
-        let has_dwell = self.setup.load.as_ref().is_some_and(|load| load.dwell.is_some());
-        if !self.is_load_made_up || has_dwell {
+        let has_dwell = match &self.day {
+            Some(day) => day.has_dwell,
+            None => !self.is_load_made_up,
+        };
+        if has_dwell || self.setup.load.as_ref().is_some_and(|load| load.dwell.is_some()) {
             return self.load.clone();
         }
         format!("{}; robots spend no time at stops (`--vary dwell=SECONDS` gives one)", self.load)

@@ -62,6 +62,7 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
             timetable: String::new(),
             stops: BTreeSet::from(["In".to_owned(), "Out".to_owned(), stop.to_owned()]),
             orders: 1,
+            has_dwell: false,
             clock: None,
             last_secs: 0.0,
             scale: 1.0,
@@ -69,6 +70,10 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
             block_secs: None,
         };
         let read = variant(plant).expect("a variant").with_day(&Arc::new(day));
+        if let Ok(variant) = &read {
+            let words = variant.load_in_words();
+            assert!(words.contains("robots spend no time at stops"), "{words}");
+        }
         read.map(drop).map_err(|error| error.to_string())
     };
     let reason = |stop: &str| day(stop).expect_err(stop);
