@@ -3,6 +3,7 @@
 //! an SVG plot.
 
 mod day;
+mod foxglove;
 mod management;
 mod plants;
 mod reading;
@@ -35,6 +36,8 @@ struct Cli {
 enum Command {
     /// Measure a day of 20,000 orders in one run, and the sums of the parts of each order's time.
     Day(day::DayArgs),
+    /// Measure a fleet live to a client of Foxglove's protocol: frames, their age, processor time.
+    Foxglove(foxglove::FoxgloveArgs),
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),
     /// Measure planners of the fleet manager on many plants: throughput, standstills, contacts.
@@ -86,6 +89,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     };
     match &cli.command {
         Command::Day(args) => day::run(&program, args),
+        Command::Foxglove(args) => foxglove::run(&program, args),
         Command::Management(args) => management::run(&program, args),
         Command::Plants(args) => plants::run(&program, args),
         Command::Reading(args) => reading::run(&program, args),

@@ -1,7 +1,7 @@
 //! The WebSocket protocol of Foxglove: texts are JSON objects with an `op`, binary messages begin
 //! with the byte of theirs.
 //!
-//! `foxglove.websocket.v1` and `foxglove.sdk.v1` are the same protocol: the second is its name since
+//! `foxglove.websocket.v1` and `foxglove.sdk.v1` are the same: the second is its name since
 //! servers are made with Foxglove's SDK.
 
 mod request;

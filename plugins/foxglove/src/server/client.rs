@@ -159,7 +159,7 @@ impl Asker {
     fn refuse(&mut self, reason: &str) -> Result<(), End> {
         self.faults += 1;
         let peer = self.peer;
-        self.hub.tell(Fault::Message, format_args!("client {peer} sends {reason}"));
+        self.hub.tell(Fault::Message, format_args!("client {peer} is refused: {reason}"));
         self.outbox.status(Level::Error, reason);
         match self.faults < MOST_FAULTS {
             true => Ok(()),
