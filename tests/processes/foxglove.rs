@@ -267,7 +267,7 @@ fn bad_clients_cost_others_nothing() {
     drop(deaf.pop());
     // One sends what isn't of the protocol, and one too much of what is.
     let mut malformed = plugin.client();
-    for number in 0..100_u8 {
+    for number in 0..120_u8 {
         let message = if number % 2 == 0 {
             Message::text("{\"op\": \"nothing\"}")
         } else {
