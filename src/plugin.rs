@@ -48,6 +48,13 @@ const PLUGINS: &[BuiltIn] = &[
         add_options: |_| regatta_fleet_manager::Cli::command(),
     },
     BuiltIn {
+        name: "foxglove",
+        about: "Show the fleet live in Foxglove or Lichtblick, which can pause and step it",
+        run: |args| regatta_foxglove::run_from(args),
+        make: None,
+        add_options: |_| regatta_foxglove::Cli::command(),
+    },
+    BuiltIn {
         name: "hello",
         about: "Print the fleet's centre: the smallest plugin, to copy",
         run: |args| regatta_plugin::run_from(regatta_hello::Centre, args),
@@ -140,8 +147,8 @@ pub fn is_built_in(name: &str) -> bool {
 /// a file, an address, or something that isn't known, or it opens a network without any.
 pub fn reaches_out(name: &str, args: &[String]) -> bool {
     let Some(plugin) = PLUGINS.iter().find(|plugin| plugin.name == name) else { return false };
-    // DDS opens ports to everybody, whatever the options.
-    if name == "ros2" {
+    // They open ports, whatever the options: DDS to everybody.
+    if ["foxglove", "ros2"].contains(&name) {
         return true;
     }
     if args.is_empty() {
@@ -265,6 +272,7 @@ mod tests {
             ("fleet-manager", &["--no-such-option"]),
             ("metrics", &["--csv=x.csv"]),
             ("record", &["-o", "x.mcap"]),
+            ("foxglove", &[]),
             #[cfg(feature = "ros2")]
             ("ros2", &[]),
             ("traffic", &["--summary", "--parquet", "x"]),

@@ -70,7 +70,7 @@ fn workspace_dependencies(folder: &str) -> Vec<String> {
 
 /// The arrows between the crates of the workspace: a crate, and those that it may depend on.
 /// Plugins that aren't listed may depend on `SHELF`.
-const ARROWS: [(&str, &[&str]); 17] = [
+const ARROWS: [(&str, &[&str]); 18] = [
     ("engine/base", &[]),
     ("engine/layout", &["regatta-base"]),
     ("engine/motion", &["regatta-base"]),
@@ -81,6 +81,7 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ),
     ("plugins/api", &[]),
     ("plugins/kit", &["regatta-base", "regatta-plugin"]),
+    ("plugins/messages", &["regatta-base", "regatta-plugin"]),
     ("plugins/fleet_manager/orders", &["regatta-base", "regatta-kit", "regatta-plugin"]),
     // An independent judge shares nothing with those that it judges.
     ("plugins/validator", &["regatta-plugin"]),
@@ -110,7 +111,8 @@ const ARROWS: [(&str, &[&str]); 17] = [
 ];
 const ANY: &[&str] = &["*"];
 /// The crates that any plugin may depend on.
-const SHELF: &[&str] = &["regatta-base", "regatta-kit", "regatta-orders", "regatta-plugin"];
+const SHELF: &[&str] =
+    &["regatta-base", "regatta-kit", "regatta-messages", "regatta-orders", "regatta-plugin"];
 
 #[test]
 fn crates_depend_only_along_the_arrows() {

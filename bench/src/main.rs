@@ -3,6 +3,7 @@
 //! an SVG plot.
 
 mod day;
+mod foxglove;
 mod least;
 mod management;
 mod plants;
@@ -38,6 +39,8 @@ enum Command {
     Day(day::DayArgs),
     /// Compare the least fleets that studies find on small plants with runs of all numbers.
     Least(least::LeastArgs),
+    /// Measure a fleet live to a client of Foxglove's protocol: frames, their age, processor time.
+    Foxglove(foxglove::FoxgloveArgs),
     /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
     Management(management::ManagementArgs),
     /// Measure planners of the fleet manager on many plants: throughput, standstills, contacts.
@@ -90,6 +93,7 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
     match &cli.command {
         Command::Day(args) => day::run(&program, args),
         Command::Least(args) => least::run(&program, args),
+        Command::Foxglove(args) => foxglove::run(&program, args),
         Command::Management(args) => management::run(&program, args),
         Command::Plants(args) => plants::run(&program, args),
         Command::Reading(args) => reading::run(&program, args),

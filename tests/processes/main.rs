@@ -14,6 +14,7 @@ mod facilities;
 mod fleet;
 mod fleet_manager;
 mod fleets;
+mod foxglove;
 mod graph_command;
 mod help_texts;
 mod hostile;

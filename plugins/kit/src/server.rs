@@ -32,7 +32,7 @@ mod place;
 mod stream;
 
 pub use body::{BodyError, read_body};
-pub use guard::{Access, Refusal, is_own_host};
+pub use guard::{Access, Refusal, is_foreign, is_own_host, is_token};
 pub use place::{Place, socket_path};
 
 use body::Memory;

@@ -20,6 +20,9 @@ pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// The topics of contacts: markers come from the lists.
+const CONTACTS: [Topic; 3] = [Topic::Contacts, Topic::ContactUpdates, Topic::ContactMarkers];
+
 /// Parses the rate of poses.
 pub(crate) fn parse_poses_rate(text: &str) -> Result<f64, String> {
     let rate = text.parse().ok().filter(|rate| (0.0..=1e6).contains(rate));
@@ -153,7 +156,7 @@ impl FromStr for TopicSet {
         for name in text.split(',').map(|name| name.trim().trim_start_matches('/')) {
             match (name, Topic::from_name(&format!("/{name}"))) {
                 ("columns", _) => set.has_all_columns = true,
-                ("contacts", _) => set.topics.extend([Topic::Contacts, Topic::ContactUpdates]),
+                ("contacts" | "contact_markers", _) => set.topics.extend(CONTACTS),
                 ("graph", _) => set.topics.extend([Topic::Graph, Topic::GraphPoints]),
                 (_, Some(topic @ Topic::Column(_))) => drop(set.topics.insert(topic)),
                 (name, Some(topic)) if TOPIC_NAMES.contains(&name) => {

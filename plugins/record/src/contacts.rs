@@ -78,7 +78,10 @@ impl ContactEncoder {
                 self.whole_at = log_time;
                 self.trends.clear();
                 self.trends.resize(list.pairs.len(), IVec3::ZERO);
-                (Topic::Contacts, encode::contacts(&list, self.number).encode_to_vec())
+                (
+                    Topic::Contacts,
+                    encode::contacts(&list.header, &list.pairs, self.number).encode_to_vec(),
+                )
             }
         };
         self.last = list.pairs;

@@ -329,3 +329,6 @@ fn contact_event(event: &regatta::ContactEvent) -> ContactEvent {
         relative_speed: event.relative_speed,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,12 +1,12 @@
 //! Records a fleet to an MCAP file; replays, repairs, exports and plots such recordings.
 //!
-//! This crate's README describes the file format; `proto/` defines the messages.
+//! This crate's README describes the file format; the crate `regatta-messages`
+//! defines the messages.
 
 mod arguments;
 mod contacts;
 mod decode;
 mod disk;
-mod encode;
 mod export;
 mod info;
 mod mcap_file;
@@ -21,8 +21,6 @@ mod recorder;
 mod repair;
 mod replay;
 mod scan;
-mod scene;
-mod schema;
 mod sink;
 mod sources;
 mod table;
@@ -34,6 +32,7 @@ use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
+use regatta_messages::{encode, scene, schema};
 use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::{Error, Options, Plugin, Result, Termination};
 

@@ -10,6 +10,17 @@ use mcap::{McapError, McapResult, WriteOptions, Writer};
 
 use crate::schema::{PROTOBUF, Topic};
 
+/// Returns the topic of a channel, if this version knows it. Up to version 10 of the contract,
+/// commands were called orders, and transport orders were called tasks.
+pub(crate) fn topic_of(channel: &mcap::Channel) -> Option<Topic> {
+    let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+    match (channel.topic.as_str(), schema) {
+        ("/orders", "regatta.Orders") => Some(Topic::Commands),
+        ("/tasks", "regatta.Tasks") => Some(Topic::Orders),
+        (name, _) => Topic::from_name(name),
+    }
+}
+
 /// The compression of chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Compression {

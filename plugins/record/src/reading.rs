@@ -13,7 +13,7 @@ use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{McapError, McapResult, Summary};
 
 use crate::decode::MessageError;
-use crate::mcap_file::{MAX_RECORD, most_content};
+use crate::mcap_file::{MAX_RECORD, most_content, topic_of};
 use crate::progress::Progress;
 use crate::scan::scan;
 use crate::schema::Topic;
@@ -111,7 +111,7 @@ impl Recording {
         check_content(path, &file, &summary)?;
         let channels = summary.channels.iter();
         let topics: HashMap<_, _> =
-            channels.filter_map(|(id, channel)| Some((*id, Topic::of_channel(channel)?))).collect();
+            channels.filter_map(|(id, channel)| Some((*id, topic_of(channel)?))).collect();
         if !topics.values().any(|topic| topic.schema().starts_with("regatta.")) {
             return Err(ReadingError::NoFleet { path: path.to_owned() });
         }

@@ -22,6 +22,8 @@ pub(crate) struct Recorder {
     /// `None` if every frame is recorded, and so everything else.
     thinning: Option<Thinning>,
     poses: Option<Poses>,
+    /// The run and the tick of the contacts that are recorded as markers.
+    marked: Option<(u64, u64)>,
     sources: Option<Sources>,
     timeline: Timeline,
     sees_all: bool,
@@ -77,6 +79,7 @@ impl Recorder {
             every: settings.every,
             thinning: (settings.every > 1 || !settings.sees_all).then(Thinning::default),
             poses: period.map(|period| Poses { period, run_id: 0, next: 0 }),
+            marked: None,
             sources: None,
             timeline: Timeline::default(),
             sees_all: settings.sees_all,
@@ -130,6 +133,24 @@ impl Recorder {
             if self.topics.includes(&Topic::Robots) {
                 self.send(Topic::Robots, log_time, scene::robots(frame, log_time));
             }
+            self.record_markers();
+        }
+    }
+
+    /// Records the newest contacts as markers, unless they are recorded already.
+    fn record_markers(&mut self) {
+        let contacts = self.sources.as_ref().and_then(Sources::contacts);
+        let Some(contacts) = contacts.filter(|_| self.topics.includes(&Topic::ContactMarkers))
+        else {
+            return;
+        };
+        let (run_id, tick) = (contacts.header.run_id, contacts.header.tick);
+        if run_id == self.newest.run_id
+            && self.marked.replace((run_id, tick)) != Some((run_id, tick))
+        {
+            let log_time = self.timeline.time_of(run_id, tick);
+            let message = scene::contact_markers(contacts.pairs, log_time);
+            self.send(Topic::ContactMarkers, log_time, message);
         }
     }
 

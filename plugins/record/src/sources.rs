@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use regatta_plugin::services::COLUMN_BUFFER;
 use regatta_plugin::{
-    ColumnName, ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FacilityReader,
-    FleetName, OrderReader, Participant, Result, column_names,
+    ColumnName, ColumnReader, CommandLogReader, ContactEventReader, ContactReader, Contacts,
+    FacilityReader, FleetName, OrderReader, Participant, Result, column_names,
 };
 
 use crate::arguments::TopicSet;
@@ -103,6 +103,11 @@ impl Sources {
         }
         sources.open_columns()?;
         Ok(sources)
+    }
+
+    /// Returns the newest contacts that were read, if they are recorded.
+    pub fn contacts(&self) -> Option<Contacts<'_>> {
+        self.contacts.as_ref()?.current()
     }
 
     /// Opens all existing columns. This is too slow to be called for every frame.

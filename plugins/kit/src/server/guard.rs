@@ -78,14 +78,19 @@ impl Access {
 fn has_token(headers: &HeaderMap, token: &str) -> bool {
     let value = headers.get(AUTHORIZATION).map_or(&[][..], |value| value.as_bytes());
     let (scheme, given) = value.split_at(value.len().min(BEARER.len()));
-    // The duration must not depend on the number of right bytes.
-    let is_right: bool = given.trim_ascii_start().ct_eq(token.as_bytes()).into();
-    scheme.eq_ignore_ascii_case(BEARER) && is_right
+    is_token(given.trim_ascii_start(), token) && scheme.eq_ignore_ascii_case(BEARER)
+}
+
+/// Whether these bytes are the token, in a time that doesn't depend on the number of right bytes.
+pub fn is_token(given: &[u8], token: &str) -> bool {
+    given.ct_eq(token.as_bytes()).into()
 }
 
 const BEARER: &[u8] = b"Bearer ";
 
-fn is_foreign(headers: &HeaderMap) -> bool {
+/// Whether a page of another site makes a browser send a request with these headers to this
+/// machine: the host isn't an address, or the page is from elsewhere.
+pub fn is_foreign(headers: &HeaderMap) -> bool {
     let host = match headers.get(HOST).map(|value| value.to_str()) {
         None => "localhost",
         Some(Ok(host)) => host,

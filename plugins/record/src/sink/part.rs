@@ -62,7 +62,8 @@ fn group(topic: &Topic) -> usize {
         Topic::Frames => 1,
         Topic::Column(_) => 2,
         Topic::Contacts | Topic::ContactUpdates => 3,
-        Topic::Poses | Topic::Robots | Topic::Graph | Topic::GraphPoints => 4,
+        Topic::Poses | Topic::Robots | Topic::ContactMarkers => 4,
+        Topic::Graph | Topic::GraphPoints => 4,
     }
 }
 

@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::schema::regatta;
 
-    /// The names that `proto/regatta.proto` has for the numbers 0, 1, ...
+    /// The names that `regatta.proto` has for the numbers 0, 1, ...
     fn recorded<T: TryFrom<i32>>(name: fn(&T) -> &'static str) -> Vec<String> {
         (0..)
             .map_while(|number| T::try_from(number).ok())

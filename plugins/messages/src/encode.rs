@@ -19,16 +19,15 @@ use regatta_plugin::world::{
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders, World};
 
-use crate::contacts::ContactList;
 use crate::schema::regatta;
 
 const _: () =
     assert!(cfg!(target_endian = "little"), "columns are copied with their layout in memory");
 
 /// Field numbers of a frame's columns: x, y, theta, speed, s, edge, state.
-pub(crate) const FRAME_COLUMNS: [u32; 7] = [16, 17, 18, 19, 20, 21, 22];
+pub const FRAME_COLUMNS: [u32; 7] = [16, 17, 18, 19, 20, 21, 22];
 /// The field number of a column's values.
-pub(crate) const COLUMN_VALUES: u32 = 3;
+pub const COLUMN_VALUES: u32 = 3;
 
 /// The field number that marks a repeated world or column.
 const IS_REPEATED: u32 = 15;
@@ -37,7 +36,7 @@ const IS_REPEATED: u32 = 15;
 const FIELD_OVERHEAD: usize = 12;
 
 /// Encodes a frame. Its columns are cut to the number of robots.
-pub(crate) fn frame(frame: &Frame<'_>) -> Vec<u8> {
+pub fn frame(frame: &Frame<'_>) -> Vec<u8> {
     let scalars = frame_scalars(frame.header());
     let columns = frame.columns();
     let bytes: [&[u8]; 7] = [
@@ -78,7 +77,7 @@ fn frame_scalars(header: &FrameHeader) -> regatta::Frame {
 }
 
 /// Encodes a plugin's column.
-pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
+pub fn column(column: &ColumnValues<'_>) -> Vec<u8> {
     let (run_id, tick) = (column.header.run_id, column.header.tick);
     let head = regatta::Column { run_id, tick, ..regatta::Column::default() };
     let mut out =
@@ -89,7 +88,7 @@ pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
 }
 
 /// Marks an encoded world or column as one that was recorded before.
-pub(crate) fn mark_repeated(message: &mut Vec<u8>) {
+pub fn mark_repeated(message: &mut Vec<u8>) {
     encode_key(IS_REPEATED, WireType::Varint, message);
     encode_varint(1, message);
 }
@@ -104,7 +103,8 @@ fn packed<T: Pod>(tag: u32, values: &[T], out: &mut Vec<u8>) {
     }
 }
 
-pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
+/// Encodes the route graph and the robot types.
+pub fn world(world: &World<'_>) -> Vec<u8> {
     let [origin_x, origin_y] = world.origin();
     regatta::World {
         run_id: world.run_id(),
@@ -235,7 +235,8 @@ fn robot_type(robot_type: &RobotTypeRecord) -> regatta::RobotType {
     }
 }
 
-pub(crate) fn events(events: &Events<'_>) -> Vec<u8> {
+/// Encodes the events of a tick.
+pub fn events(events: &Events<'_>) -> Vec<u8> {
     regatta::Events {
         run_id: events.header.run_id,
         tick: events.header.tick,
@@ -259,7 +260,8 @@ fn event(event: &EventRecord) -> regatta::Event {
     }
 }
 
-pub(crate) fn commands(log: &CommandLog<'_>) -> Vec<u8> {
+/// Encodes the commands of a tick, with those that were refused.
+pub fn commands(log: &CommandLog<'_>) -> Vec<u8> {
     regatta::Commands {
         run_id: log.header.run_id,
         tick: log.header.tick,
@@ -283,7 +285,8 @@ fn command(command: &CommandRecord) -> regatta::Command {
     }
 }
 
-pub(crate) fn orders(log: &Orders<'_>) -> Vec<u8> {
+/// Encodes the records of transport orders of a tick.
+pub fn orders(log: &Orders<'_>) -> Vec<u8> {
     regatta::TransportOrders {
         run_id: log.header.run_id,
         tick: log.header.tick,
@@ -311,13 +314,17 @@ fn order(order: &OrderRecord) -> regatta::TransportOrder {
 
 /// Returns a whole list of contacts. It is an update that adds every pair: the fields of `Contacts`
 /// are the first ones of `ContactUpdate`.
-pub(crate) fn contacts(list: &ContactList, number: u64) -> regatta::ContactUpdate {
-    let added = list.pairs.iter().map(contact).collect();
-    regatta::ContactUpdate { added, ..contact_update(&list.header, number) }
+pub fn contacts(
+    header: &ContactHeader,
+    pairs: &[ContactRecord],
+    number: u64,
+) -> regatta::ContactUpdate {
+    let added = pairs.iter().map(contact).collect();
+    regatta::ContactUpdate { added, ..contact_update(header, number) }
 }
 
 /// Returns an update of contacts without pairs.
-pub(crate) fn contact_update(header: &ContactHeader, number: u64) -> regatta::ContactUpdate {
+pub fn contact_update(header: &ContactHeader, number: u64) -> regatta::ContactUpdate {
     regatta::ContactUpdate {
         run_id: header.run_id,
         tick: header.tick,
@@ -333,7 +340,8 @@ pub(crate) fn contact_update(header: &ContactHeader, number: u64) -> regatta::Co
     }
 }
 
-pub(crate) fn contact(pair: &ContactRecord) -> regatta::Contact {
+/// Returns the message of a pair of robots.
+pub fn contact(pair: &ContactRecord) -> regatta::Contact {
     regatta::Contact {
         since_tick: pair.since_tick,
         since_nanos: pair.since_nanos,
@@ -347,7 +355,8 @@ pub(crate) fn contact(pair: &ContactRecord) -> regatta::Contact {
     }
 }
 
-pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
+/// Encodes contacts that began or ended.
+pub fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
     regatta::ContactEvents {
         run_id: events.header.run_id,
         tick: events.header.tick,
@@ -372,7 +381,8 @@ fn contact_event(event: &ContactEvent) -> regatta::ContactEvent {
     }
 }
 
-pub(crate) fn facilities(header: &FacilityHeader, states: &[FacilityState]) -> Vec<u8> {
+/// Encodes the states of doors and lifts.
+pub fn facilities(header: &FacilityHeader, states: &[FacilityState]) -> Vec<u8> {
     regatta::Facilities {
         run_id: header.run_id,
         tick: header.tick,
@@ -395,6 +405,3 @@ fn facility(state: &FacilityState) -> regatta::Facility {
         requests: state.requests,
     }
 }
-
-#[cfg(test)]
-mod tests;

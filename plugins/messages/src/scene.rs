@@ -5,15 +5,16 @@ use prost::Message;
 use prost_types::Timestamp;
 use regatta_base::bezier::CubicBezier;
 use regatta_plugin::activity::{Activity, Ground};
+use regatta_plugin::contact::{ContactLevel, ContactRecord};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::CurveRecord;
 use regatta_plugin::{Frame, World};
 
 use crate::schema::FRAME_ID;
 use crate::schema::foxglove::{
-    Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, PosesInFrame, Quaternion,
-    SceneEntity, SceneUpdate, TextPrimitive, Vector3, line_primitive,
-    packed_element_field::NumericType,
+    Color, LinePrimitive, Log, PackedElementField, Point3, PointCloud, Pose, PosesInFrame,
+    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, TextPrimitive, Vector3, line_primitive,
+    log::Level, packed_element_field::NumericType,
 };
 
 /// The number of line segments that approximate a curve.
@@ -25,10 +26,16 @@ const LETTER_PIXELS: f64 = 12.0;
 /// The height of the graph's points, in metres.
 const GRAPH_Z: f32 = -0.5;
 const WALL_COLOUR: Color = Color { r: 0.35, g: 0.37, b: 0.4, a: 1.0 };
+/// The diameter of the marker of a contact, in metres.
+const CONTACT_SIZE: f64 = 0.6;
+/// The most markers of contacts in a message; pairs that touch come first.
+const MOST_CONTACTS: usize = 1_000;
+const TOUCHING_COLOUR: Color = Color { r: 0.95, g: 0.15, b: 0.15, a: 0.9 };
+const POSSIBLE_COLOUR: Color = Color { r: 0.98, g: 0.75, b: 0.15, a: 0.7 };
 const EDGE_COLOUR: Color = Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 /// Encodes the poses of all robots except absent ones, in order of their ids.
-pub(crate) fn poses(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
+pub fn poses(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     let columns = frame.columns();
     let rows = columns.x.iter().zip(columns.y).zip(columns.theta).zip(columns.state);
     let poses = rows
@@ -48,7 +55,7 @@ fn pose(x: f64, y: f64, theta: f64) -> Pose {
 }
 
 /// Encodes the positions of all robots except absent ones, coloured by state.
-pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
+pub fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     let columns = frame.columns();
     let rows = columns.x.iter().zip(columns.y).zip(columns.state);
     let points = rows.filter_map(|((x, y), state)| {
@@ -65,7 +72,7 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
 
 /// Encodes points along the route graph, slightly below the robots' points so that they don't cover
 /// them.
-pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
+pub fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let curves = world.edges().iter().flat_map(|edge| world.curves(edge));
     let points = curves.flat_map(|record| curve(&record.control_points));
     let colour = [70, 85, 100, 255];
@@ -102,7 +109,7 @@ fn field(name: &str, offset: u32, numeric_type: NumericType) -> PackedElementFie
 
 /// Encodes walls, the route graph and the names of stations, which replace those of the previous
 /// message.
-pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
+pub fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let points = world.edges().iter().flat_map(|edge| world.curves(edge)).flat_map(lines).collect();
     let entity = SceneEntity {
         timestamp: Some(timestamp(log_time)),
@@ -113,6 +120,40 @@ pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
         ..SceneEntity::default()
     };
     SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
+}
+
+/// Encodes pairs of robots that touch, or may, as spheres, which replace those of the previous
+/// message.
+pub fn contact_markers(pairs: &[ContactRecord], log_time: u64) -> Vec<u8> {
+    let entity = SceneEntity {
+        timestamp: Some(timestamp(log_time)),
+        frame_id: FRAME_ID.to_owned(),
+        id: "contacts".to_owned(),
+        spheres: pairs.iter().take(MOST_CONTACTS).map(contact_marker).collect(),
+        ..SceneEntity::default()
+    };
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
+}
+
+fn contact_marker(pair: &ContactRecord) -> SpherePrimitive {
+    let is_touching = pair.level == ContactLevel::Touching as u32;
+    SpherePrimitive {
+        pose: Some(pose(f64::from(pair.x), f64::from(pair.y), 0.0)),
+        size: Some(Vector3 { x: CONTACT_SIZE, y: CONTACT_SIZE, z: CONTACT_SIZE }),
+        color: Some(if is_touching { TOUCHING_COLOUR } else { POSSIBLE_COLOUR }),
+    }
+}
+
+/// Encodes an entry of a log. `name` is the part that it comes from.
+pub fn log(level: Level, name: &str, message: String, log_time: u64) -> Vec<u8> {
+    Log {
+        timestamp: Some(timestamp(log_time)),
+        level: level as i32,
+        message,
+        name: name.to_owned(),
+        ..Log::default()
+    }
+    .encode_to_vec()
 }
 
 /// Returns lines between pairs of points.

@@ -15,7 +15,6 @@ use regatta_plugin::world::{
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
-use crate::contacts::ContactList;
 use crate::decode::{self, MessageError};
 use crate::encode;
 use crate::recorded::{RecordedColumn, RecordedFrame};
@@ -183,7 +182,7 @@ fn contacts_are_decoded_as_they_were_encoded() {
         capped: 1,
         ..ContactHeader::default()
     };
-    let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7).encode_to_vec();
+    let message = encode::contacts(&header, &[pair], 7).encode_to_vec();
     let update = regatta::ContactUpdate::decode(&message[..]).unwrap();
     let pairs: Vec<_> = update.added.iter().map(decode::contact).collect();
     assert_eq!((decode::contact_header(&update), pairs, update.number), (header, vec![pair], 7));

@@ -1,27 +1,34 @@
-//! The topics of a recording and the schemas of their messages.
+//! The topics and the schemas of their messages.
 
 use regatta_plugin::ColumnName;
 use regatta_plugin::column::{ACTIVITY, TYPE};
 
 /// The messages of `proto/regatta.proto`.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
-pub(crate) mod regatta {
+pub mod regatta {
     include!(concat!(env!("OUT_DIR"), "/regatta.rs"));
 }
 
 /// Foxglove's messages, which Foxglove, Rerun and other tools show.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
-pub(crate) mod foxglove {
+pub mod foxglove {
     include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }
 
-/// MCAP's name of the encoding of protocol buffers, for messages and for schemas.
-pub(crate) const PROTOBUF: &str = "protobuf";
+/// The name of the encoding of protocol buffers, for messages and for schemas.
+pub const PROTOBUF: &str = "protobuf";
+
+/// The definitions of our messages: an encoded `google.protobuf.FileDescriptorSet`.
+pub const REGATTA_DESCRIPTORS: &[u8] =
+    include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors"));
+/// The definitions of Foxglove's messages.
+pub const FOXGLOVE_DESCRIPTORS: &[u8] =
+    include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"));
 
 /// The name of the coordinate frame of poses and the graph.
-pub(crate) const FRAME_ID: &str = "map";
+pub const FRAME_ID: &str = "map";
 
-/// A topic of a recording. Each topic has its own channel.
+/// A topic. Each topic has its own channel.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topic {
     /// The route graph and the robot types.
@@ -52,13 +59,15 @@ pub enum Topic {
     Graph,
     /// Points on the route graph, for tools that don't draw lines.
     GraphPoints,
+    /// Robots that touch or may touch, as spheres.
+    ContactMarkers,
 }
 
 const COLUMNS: &str = "/columns/";
 
 impl Topic {
     /// All topics but those of columns.
-    pub(crate) const FIXED: [Self; 13] = [
+    pub const FIXED: [Self; 14] = [
         Self::World,
         Self::Frames,
         Self::Events,
@@ -72,15 +81,16 @@ impl Topic {
         Self::Robots,
         Self::Graph,
         Self::GraphPoints,
+        Self::ContactMarkers,
     ];
 
     /// Returns the topic of the column that producers themselves publish: each robot's type.
-    pub(crate) fn types() -> Option<Self> {
+    pub fn types() -> Option<Self> {
         TYPE.name().parse().ok().map(Self::Column)
     }
 
     /// Returns the topic of the column of activities.
-    pub(crate) fn activities() -> Option<Self> {
+    pub fn activities() -> Option<Self> {
         ACTIVITY.name().parse().ok().map(Self::Column)
     }
 
@@ -102,10 +112,11 @@ impl Topic {
             Self::Robots => ("/robots", "foxglove.PointCloud"),
             Self::Graph => ("/graph", "foxglove.SceneUpdate"),
             Self::GraphPoints => ("/graph_points", "foxglove.PointCloud"),
+            Self::ContactMarkers => ("/contact_markers", "foxglove.SceneUpdate"),
         }
     }
 
-    /// Returns the name in the recording.
+    /// Returns the name.
     pub fn name(&self) -> String {
         let (name, _) = self.name_and_schema();
         self.column().map_or_else(|| name.to_owned(), |column| format!("{name}{column}"))
@@ -119,34 +130,21 @@ impl Topic {
         Self::FIXED.into_iter().find(|topic| topic.name() == name)
     }
 
-    /// Returns the topic of a channel, if this crate knows it. Up to version 10 of the contract,
-    /// commands were called orders, and transport orders were called tasks.
-    pub(crate) fn of_channel(channel: &mcap::Channel) -> Option<Self> {
-        let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        match (channel.topic.as_str(), schema) {
-            ("/orders", "regatta.Orders") => Some(Self::Commands),
-            ("/tasks", "regatta.Tasks") => Some(Self::Orders),
-            (name, _) => Self::from_name(name),
-        }
-    }
-
     /// Returns the full name of the message type.
     pub fn schema(&self) -> &'static str {
         self.name_and_schema().1
     }
 
     /// Returns the definition of the message type: an encoded `google.protobuf.FileDescriptorSet`.
-    pub(crate) fn descriptors(&self) -> &'static [u8] {
-        match self {
-            Self::Poses | Self::Robots | Self::Graph | Self::GraphPoints => {
-                include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"))
-            }
-            _ => include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors")),
+    pub fn descriptors(&self) -> &'static [u8] {
+        match self.schema().starts_with("foxglove.") {
+            true => FOXGLOVE_DESCRIPTORS,
+            false => REGATTA_DESCRIPTORS,
         }
     }
 
     /// Returns the column's name, if this is the topic of a column.
-    pub(crate) fn column(&self) -> Option<&ColumnName> {
+    pub fn column(&self) -> Option<&ColumnName> {
         match self {
             Self::Column(name) => Some(name),
             _ => None,
@@ -154,13 +152,13 @@ impl Topic {
     }
 
     /// Whether a message stays valid on its own until the next one, so that it is worth repeating.
-    pub(crate) fn is_repeated(&self) -> bool {
+    pub fn is_repeated(&self) -> bool {
         matches!(self, Self::World | Self::Column(_) | Self::Facilities)
             || matches!(self, Self::Graph | Self::GraphPoints)
     }
 
     /// Whether a plugin publishes the messages rather than the producer.
-    pub(crate) fn is_from_plugin(&self) -> bool {
+    pub fn is_from_plugin(&self) -> bool {
         match self {
             Self::Column(name) => name.as_str() != TYPE.name(),
             _ => matches!(
@@ -172,7 +170,7 @@ impl Topic {
 
     /// Whether each message is a state that is valid until the next message, or an update of one. A
     /// reader that starts in the middle of a recording needs the state at its start.
-    pub(crate) fn is_state(&self) -> bool {
+    pub fn is_state(&self) -> bool {
         matches!(self, Self::World | Self::Column(_) | Self::Facilities)
             || matches!(self, Self::Contacts | Self::ContactUpdates)
     }

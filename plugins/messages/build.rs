@@ -1,5 +1,5 @@
-//! Compiles `proto/` to the Rust types of messages, and to the descriptors that each recording
-//! contains so that any program can read it.
+//! Compiles `proto/` to the Rust types of messages, and to the descriptors that recordings
+//! contain and live views announce, so that any program can read them.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -13,7 +13,12 @@ const PACKAGES: [(&str, &[&str]); 2] = [
     ("regatta", &["regatta.proto"]),
     (
         "foxglove",
-        &["foxglove/PointCloud.proto", "foxglove/PosesInFrame.proto", "foxglove/SceneUpdate.proto"],
+        &[
+            "foxglove/Log.proto",
+            "foxglove/PointCloud.proto",
+            "foxglove/PosesInFrame.proto",
+            "foxglove/SceneUpdate.proto",
+        ],
     ),
 ];
 
@@ -23,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, files) in PACKAGES {
         let mut descriptors = protox::compile(files, ["proto"])?;
         Config::new().out_dir(&out).compile_fds(descriptors.clone())?;
-        // Recordings don't need comments and line numbers.
+        // Readers don't need comments and line numbers.
         for file in &mut descriptors.file {
             file.source_code_info = None;
         }
