@@ -63,9 +63,23 @@ pub struct Committed {
     tried: BTreeMap<u32, f64>,
     /// By key: how many committed ways lead over it.
     wanted: Vec<u16>,
+    /// By robot whose base wasn't extended, as others couldn't come to rest then: the last refusal.
+    refused: BTreeMap<u32, Refusal>,
     next_round: f64,
     counts: Counts,
 }
+
+/// A base isn't extended, as others couldn't come to rest then.
+#[derive(Clone, Copy, Debug)]
+struct Refusal {
+    /// One of them.
+    other: u32,
+    /// The time from which on it is tried again, in simulated seconds.
+    until: f64,
+}
+
+/// The number of legs that may be looked at for a refusal in each second until it is tried again.
+const WORK_PER_SEC: f64 = 50e3;
 
 /// Figures of the run.
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,6 +108,7 @@ impl Committed {
             idle_since: BTreeMap::new(),
             tried: BTreeMap::new(),
             wanted: vec![0; key_count(roads)],
+            refused: BTreeMap::new(),
             next_round: 0.0,
             counts: Counts::default(),
         }
@@ -239,13 +254,22 @@ impl Planner for Committed {
     }
 
     fn objection(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<u32> {
+        let refusal = self.refused.get(&robot).filter(|refusal| traffic.now < refusal.until);
+        if let Some(refusal) = refusal {
+            return Some(refusal.other);
+        }
         if !self.is_in_way(traffic, robot) {
             return None;
         }
         self.set_state(traffic, None);
+        let before = self.state.work();
         let stuck = self.state.complete(traffic.roads, &mut self.blocks, Some(robot));
-        self.counts.refusals += u64::from(!stuck.is_empty());
-        stuck.iter().copied().find(|other| *other != robot).or(stuck.first().copied())
+        let other = stuck.iter().copied().find(|other| *other != robot);
+        let other = other.or(stuck.first().copied())?;
+        let until = traffic.now + (self.state.work() - before) as f64 / WORK_PER_SEC;
+        self.refused.insert(robot, Refusal { other, until });
+        self.counts.refusals += 1;
+        Some(other)
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {

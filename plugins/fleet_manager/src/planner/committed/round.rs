@@ -17,21 +17,21 @@ const RETREAT_SECS: f64 = 2.0;
 const REROUTE_SECS: f64 = 3.0;
 /// The time without an arrival after which others let a robot without a way go first, in seconds.
 const STARVED_SECS: f64 = 180.0;
+/// The number of legs looked at in a round after which the other robots have to wait for the next
+/// round: some milliseconds.
+const MOST_WORK: u64 = 300_000;
 
 impl Committed {
     /// Gives robots ways: those first that were sent the longest ago.
     pub(super) fn commit_all(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
-        let mut due: Vec<(f64, u32)> = traffic
-            .robots()
-            .filter(|(_, state)| state.is_under_way())
-            .map(|(robot, state)| (state.sent, robot))
-            .collect();
-        due.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut due = due(traffic);
         let is_round = traffic.now >= self.next_round;
         if is_round {
             self.next_round = traffic.now + ROUND_SECS;
         }
         let starved = self.starved(traffic, &due);
+        self.rotate(&mut due);
+        let until = self.state.work() + MOST_WORK;
         if is_round {
             self.asked.clear();
             self.asks = None;
@@ -41,7 +41,8 @@ impl Committed {
             let Some(state) = traffic.robot(robot) else { continue };
             // Robots are sent at the time of the cycle before.
             let is_new = self.tried.get(&robot).is_none_or(|tried| *tried <= state.sent);
-            if !is_round && !is_new {
+            let has_time = self.state.work() < until;
+            if !has_time || (!is_round && !is_new) {
                 continue;
             }
             self.wished.remove(&robot);
@@ -64,6 +65,13 @@ impl Committed {
                 }
             }
         }
+    }
+
+    /// Puts those behind the first robot first that were tried the longest ago.
+    fn rotate(&self, due: &mut [(f64, u32)]) {
+        let Some((_, others)) = due.split_first_mut() else { return };
+        let tried = |robot: u32| self.tried.get(&robot).copied().unwrap_or(f64::NEG_INFINITY);
+        others.sort_by(|a, b| tried(a.1).total_cmp(&tried(b.1)));
     }
 
     /// Whether a robot is committed to a way to its goal.
@@ -299,6 +307,14 @@ impl Committed {
             self.take(traffic, &start, way, (0, None), plans);
         }
     }
+}
+
+/// The robots that are under way, and when they were sent: the longest ago first.
+fn due(traffic: &Traffic<'_>) -> Vec<(f64, u32)> {
+    let robots = traffic.robots().filter(|(_, state)| state.is_under_way());
+    let mut due: Vec<(f64, u32)> = robots.map(|(robot, state)| (state.sent, robot)).collect();
+    due.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    due
 }
 
 /// Whether others let a robot without a way go first that has waited for so many seconds: by turns,

@@ -12,6 +12,8 @@ use crate::roads::{Leg, Roads};
 
 /// The largest number of orders in which robots are tried to drive in steps.
 const MOST_ORDERS: usize = 8;
+/// The number of legs looked at from which on no other order is tried.
+const MOST_WORK: u64 = 20_000;
 
 /// A robot in a state.
 #[derive(Debug)]
@@ -49,8 +51,10 @@ pub struct State {
     counts: Vec<u16>,
     /// By key: how many robots need it for their ways.
     needed: Vec<u16>,
-    /// By leg: whether a robot is to drive it; all `false` between steps.
-    is_ahead: Vec<bool>,
+    /// By leg: how many robots are to drive it.
+    ahead: Vec<u16>,
+    /// The legs and nodes looked at so far: a measure of the time spent.
+    work: u64,
 }
 
 /// The attempts to complete a state: whether the first robot leads, and the preference.
@@ -74,8 +78,13 @@ impl State {
     /// Makes the state without robots.
     pub fn new(roads: &Roads) -> Self {
         let keys = key_count(roads);
-        let is_ahead = vec![false; 2 * roads.edges().len()];
-        Self { members: Vec::new(), counts: vec![0; keys], needed: vec![0; keys], is_ahead }
+        let (members, ahead) = (Vec::new(), vec![0; 2 * roads.edges().len()]);
+        Self { members, counts: vec![0; keys], needed: vec![0; keys], ahead, work: 0 }
+    }
+
+    /// The legs and nodes that were looked at so far: a measure of the time spent.
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Takes all robots away.
@@ -83,6 +92,9 @@ impl State {
         for member in self.members.drain(..) {
             for &key in member.blocked(blocks) {
                 self.counts[key as usize] -= 1;
+            }
+            for leg in member.ahead() {
+                self.ahead[leg.index()] -= 1;
             }
         }
     }
@@ -101,6 +113,9 @@ impl State {
         let first_blocked = blocks.of(roads, footprint, &place);
         for &key in &first_blocked {
             self.counts[key as usize] += 1;
+        }
+        for leg in way.iter().flatten() {
+            self.ahead[leg.index()] += 1;
         }
         let at = At { place, driven: 0, end: None };
         let (needs, needs_after) = (Vec::new(), None);
@@ -163,9 +178,15 @@ impl State {
         for &key in member.blocked(blocks) {
             self.counts[key as usize] -= 1;
         }
+        for leg in member.ahead() {
+            self.ahead[leg.index()] -= 1;
+        }
         member.at = at;
         for &key in member.blocked(blocks) {
             self.counts[key as usize] += 1;
+        }
+        for leg in member.ahead() {
+            self.ahead[leg.index()] += 1;
         }
     }
 
@@ -185,14 +206,17 @@ impl State {
             }
             open.remove(0);
         }
+        if preference == Preference::OutOfWay {
+            self.count_needed(roads, &open);
+        }
         self.complete_ways(roads, blocks, &mut open, preference);
         if leads || open.is_empty() {
             return self.robots(&open);
         }
-        let before = self.places();
+        let (before, until) = (self.places(), self.work + MOST_WORK);
         let mut stuck = self.complete_in_steps(roads, blocks, open.clone(), preference);
         for _ in 1..open.len().min(MOST_ORDERS) {
-            if stuck.is_empty() {
+            if stuck.is_empty() || self.work > until {
                 break;
             }
             open.rotate_left(1);
@@ -218,7 +242,14 @@ impl State {
         mut open: Vec<usize>,
         preference: Preference,
     ) -> Vec<u32> {
-        while !open.is_empty() && self.step(roads, blocks, &open) {
+        if preference == Preference::OutOfWay {
+            self.count_needed(roads, &open);
+        }
+        while let Some(index) = self.step(roads, blocks, &open) {
+            if preference == Preference::OutOfWay {
+                self.forget_needs(index);
+                self.add_needs(roads, index);
+            }
             self.complete_ways(roads, blocks, &mut open, preference);
         }
         self.robots(&open)
@@ -232,9 +263,6 @@ impl State {
         open: &mut Vec<usize>,
         preference: Preference,
     ) {
-        if preference == Preference::OutOfWay {
-            self.count_needed(roads, open);
-        }
         while !open.is_empty() {
             let before = open.len();
             open.retain(|&index| !self.complete_way(roads, blocks, index, preference));
@@ -273,7 +301,7 @@ impl State {
     /// Puts a robot at its end if it can drive there past the others. Returns whether it can.
     fn drive_way(&mut self, roads: &Roads, blocks: &mut Blocks, index: usize) -> bool {
         let count = self.members[index].ahead().len();
-        let is_free = self.is_free(roads, blocks, index, count);
+        let is_free = self.is_free(roads, blocks, index);
         if is_free {
             self.drive(roads, blocks, index, count);
         }
@@ -284,14 +312,20 @@ impl State {
     fn count_needed(&mut self, roads: &Roads, open: &[usize]) {
         self.needed.fill(0);
         for &index in open {
-            let member = &mut self.members[index];
-            if member.needs_after != Some(member.at.driven) {
-                member.needs = keys_ahead(roads, member.ahead());
-                member.needs_after = Some(member.at.driven);
-            }
-            for &key in &member.needs {
-                self.needed[key as usize] += 1;
-            }
+            self.add_needs(roads, index);
+        }
+    }
+
+    /// Counts what a robot needs for the rest of its way.
+    fn add_needs(&mut self, roads: &Roads, index: usize) {
+        let member = &mut self.members[index];
+        if member.needs_after != Some(member.at.driven) {
+            member.needs = keys_ahead(roads, member.ahead());
+            member.needs_after = Some(member.at.driven);
+            self.work += member.needs.len() as u64;
+        }
+        for &key in &member.needs {
+            self.needed[key as usize] += 1;
         }
     }
 
@@ -313,66 +347,76 @@ impl State {
     }
 
     /// Lets the first robot that can drive on to where none of the others is to come towards it.
-    /// Returns whether one could.
-    fn step(&mut self, roads: &Roads, blocks: &mut Blocks, open: &[usize]) -> bool {
-        self.mark_ahead(open, true);
-        let mut found = None;
+    /// Returns its index, if one could.
+    fn step(&mut self, roads: &Roads, blocks: &mut Blocks, open: &[usize]) -> Option<usize> {
         for &index in open {
-            let Some(count) = self.unopposed(roads, index) else { continue };
-            if self.is_free(roads, blocks, index, count) {
-                found = Some((index, count));
-                break;
+            if let Some(count) = self.free_and_unopposed(roads, blocks, index) {
+                self.drive(roads, blocks, index, count);
+                return Some(index);
             }
         }
-        self.mark_ahead(open, false);
-        if let Some((index, count)) = found {
-            self.drive(roads, blocks, index, count);
-        }
-        found.is_some()
+        None
     }
 
-    /// Sets whether robots are to drive the legs ahead of some of them.
-    fn mark_ahead(&mut self, open: &[usize], is_ahead: bool) {
-        for &index in open {
-            for leg in self.members[index].ahead() {
-                self.is_ahead[leg.index()] = is_ahead;
-            }
-        }
-    }
-
-    /// Returns the number of legs after which no robot is to come towards a robot; `None` if one is
-    /// all the way.
-    fn unopposed(&self, roads: &Roads, index: usize) -> Option<usize> {
+    /// Returns the number of legs that a robot can drive past the others to where none is to come
+    /// towards it; `None` if it can't come so far.
+    fn free_and_unopposed(
+        &mut self,
+        roads: &Roads,
+        blocks: &Blocks,
+        index: usize,
+    ) -> Option<usize> {
         let member = &self.members[index];
         // A robot on a leg may stop at its end; another one has to drive at least one leg.
         let least = usize::from(!member.is_on_leg(roads));
-        let mut after = member.ahead().iter().skip(least);
-        after.position(|leg| !self.is_opposed(roads, *leg)).map(|count| count + least)
+        let mut before = member.at.place.leg;
+        for (count, &leg) in member.ahead().iter().enumerate() {
+            self.work += 1;
+            if count >= least && !self.is_opposed(roads, leg) {
+                return self.is_rest_free(roads, blocks, index).then_some(count);
+            }
+            if !self.is_leg_free(roads, blocks, member, before, leg) {
+                return None;
+            }
+            before = Some(leg);
+        }
+        None
     }
 
     /// Whether a robot is to drive back along a leg.
     fn is_opposed(&self, roads: &Roads, leg: Leg) -> bool {
         let (start, end) = (roads.start(leg), roads.end(leg));
         let mut back = roads.exits(end).iter().filter(|&&leg| roads.end(leg) == start);
-        back.any(|leg| self.is_ahead[leg.index()])
+        back.any(|leg| self.ahead[leg.index()] > 0)
     }
 
-    /// Whether no other robot stands on the next legs of a robot's way, nor on the leg before.
-    fn is_free(&self, roads: &Roads, blocks: &Blocks, index: usize, count: usize) -> bool {
+    /// Whether no other robot stands on a robot's way, nor on the leg before.
+    fn is_free(&mut self, roads: &Roads, blocks: &Blocks, index: usize) -> bool {
         let member = &self.members[index];
         let mut before = member.at.place.leg;
-        for &leg in &member.ahead()[..count] {
-            if !self.is_free_for(blocks, member, leg.index() as Key) {
-                return false;
-            }
-            let turn = before.filter(|&before| member.turns && roads.is_turn(before, leg));
-            let disc = disc_key(roads, roads.start(leg));
-            if turn.is_some() && !self.is_free_for(blocks, member, disc) {
+        for &leg in member.ahead() {
+            self.work += 1;
+            if !self.is_leg_free(roads, blocks, member, before, leg) {
                 return false;
             }
             before = Some(leg);
         }
         self.is_rest_free(roads, blocks, index)
+    }
+
+    /// Whether no other robot stands where a robot drives from one leg along the next.
+    fn is_leg_free(
+        &self,
+        roads: &Roads,
+        blocks: &Blocks,
+        member: &Member,
+        before: Option<Leg>,
+        leg: Leg,
+    ) -> bool {
+        let turns = before.is_some_and(|before| member.turns && roads.is_turn(before, leg));
+        let disc = disc_key(roads, roads.start(leg));
+        self.is_free_for(blocks, member, leg.index() as Key)
+            && (!turns || self.is_free_for(blocks, member, disc))
     }
 
     /// Whether no other robot than this one blocks a key.
