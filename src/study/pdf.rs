@@ -25,6 +25,8 @@ const BROWSERS: [&str; 7] = [
 ];
 /// The longest time that a browser may take for a page.
 const LONGEST: Duration = Duration::from_mins(2);
+/// The size of the largest PDF that is kept.
+const MOST_BYTES: u64 = 256 << 20;
 /// The time between two looks at a browser that prints.
 const POLL: Duration = Duration::from_millis(20);
 /// The most characters of a browser's messages in an error.
@@ -86,7 +88,7 @@ impl Browser {
             return Err(format!("{program} has not printed {}: {text}", page.display()).into());
         }
         let file = folder.join("study.pdf");
-        crate::output::write_inside(&file, &fs::read(&printed)?)?;
+        crate::output::write_inside(&file, &regatta_base::file::read(&printed, MOST_BYTES)?)?;
         Ok(file)
     }
 }

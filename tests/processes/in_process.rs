@@ -8,7 +8,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use clap::Parser;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, TYPE, WAITS_FOR};
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::{
     ColumnReader, Events, Frame, LOAD_VARIABLE, LocalPlugin, OrderReader, Participant, Plugin,
     ReadError, Reporter, Result, column_names,
@@ -244,4 +246,66 @@ fn managed_robots_on_layouts_of_others() {
     compare_managed(graphs("imported/open-rmf/office/0.yaml"), 3);
     compare_managed(graphs("imported/open-rmf/hotel/0.yaml"), 3);
     compare_managed(graphs("imported/nav2/aws_graph.geojson"), 2);
+}
+
+/// A grid of which the fleet manager needs time to find ways for eight robots: they stand without
+/// a route meanwhile, though they have orders.
+const GRID: &str = "type octile\nheight 6\nwidth 8\nmap\nS.....E.\n.@.@@.@.\n.......E\n@@.@.@..\n\
+                    S......E\n........\n";
+
+/// A plugin that looks for robots that stand without a route and are said to drive to a stop.
+#[derive(Default)]
+struct Standers {
+    activity: Option<ColumnReader>,
+    /// By robot: for how many frames.
+    frames: Vec<u32>,
+    longest: u32,
+}
+
+impl Plugin for Standers {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.activity = Some(ColumnReader::open_for_all_on(fleet, ACTIVITY.name())?);
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        let Some(reader) = &mut self.activity else { return Ok(()) };
+        self.frames.resize(frame.state().len(), 0);
+        while let Some(column) = reader.take_next()? {
+            for (robot, value) in column.values.iter().enumerate() {
+                let is_on_its_way = matches!(
+                    ACTIVITY.element(*value),
+                    Some(Activity::Fetching | Activity::Carrying)
+                );
+                let stands = frame.state()[robot] == RobotState::Idle as u8;
+                let frames = &mut self.frames[robot];
+                *frames = if is_on_its_way && stands { *frames + 1 } else { 0 };
+                self.longest = self.longest.max(*frames);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_robot_with_an_order_that_stands_without_a_route_is_waiting() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("grid.map"), GRID).expect("written");
+    let path = folder.path().join("grid.yaml");
+    let scenario = format!(
+        "graph: grid.map\nrate: 10\nseed: 1\nrobots: [{{count: 8, routes: none}}]\n\
+         load: {{seed: 1, endless: robots, dwell: {{min: 5, max: 15}}}}\nplugins: [{MANAGER}]\n"
+    );
+    std::fs::write(&path, scenario).expect("written");
+    let scenario = Scenario::read(&path, &Overrides::default()).expect("a scenario");
+    let words = [MANAGER.to_owned(), "--no-cache".to_owned(), "--in-turn".to_owned()];
+    let load = format!("--load={}", path.display());
+    let cli = regatta_fleet_manager::Cli::parse_from(words.into_iter().chain([load]));
+    let manager = regatta_fleet_manager::plugin(cli).expect("a plugin");
+    let mut standers = Standers::default();
+    let run = Run::new(scenario).with_named(MANAGER, &[], manager);
+    run.with_named("standers", &[MANAGER], &mut standers).for_ticks(6000).expect("a run");
+    assert!(!standers.frames.is_empty(), "frames were seen");
+    // From a cycle of the manager to the engine's answer.
+    assert!(standers.longest <= 10, "{} ticks", standers.longest);
 }

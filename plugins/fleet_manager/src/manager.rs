@@ -257,7 +257,7 @@ impl Manager {
         // A robot that stalls hasn't finished.
         if let Progress::AtStop(service) = self.progress[robot as usize]
             && now_secs >= service.end_secs
-            && self.steering.robot(robot).is_none_or(|state| !state.is_stalled)
+            && self.steering.robot(robot).is_none_or(|robot| robot.state != RobotState::Stalled)
         {
             match self.orders.handled(robot, now_secs) {
                 Some(Next::Stop(stop)) => self.send(robot, stop.node),

@@ -16,6 +16,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use regatta_plugin::closure::ClosedEdge;
+use regatta_plugin::frame::RobotState;
 
 use self::admission::Admission;
 pub use self::admission::AdmissionSettings;
@@ -275,7 +276,8 @@ impl Steering {
     fn cancel_remains(&mut self) {
         for robot in 0..self.robots.len() as u32 {
             let Some(state) = self.robot(robot) else { continue };
-            let is_left = state.awaits_release && state.goal().is_none() && !state.is_adopted();
+            let is_left =
+                state.state == RobotState::Waiting && state.goal().is_none() && !state.is_adopted();
             if is_left && state.speed == 0.0 && self.traffic().left(robot) < AT_REST {
                 self.commands.push(Command::Cancel { robot });
             }

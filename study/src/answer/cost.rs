@@ -189,9 +189,13 @@ impl PointCost {
     }
 }
 
-/// The cost of an order, whose interval is at least that of one order a run, as the throughput's.
+/// The cost of an order. Its interval is at least that of one order a run, as the throughput's, but
+/// for days: their runs end with the last order, so that its time doesn't matter.
 fn per_order(fleet: &Fleet<'_>, point: &Point) -> Option<Interval> {
     let cost = point.interval(|run| fleet.order(run))?;
+    if fleet.works_by_days() {
+        return Some(cost);
+    }
     let counted = point.counted_throughput()?;
     let least = counted.half_width.map(|half_width| cost.mean * half_width / counted.mean);
     let half_width = cost.half_width.zip(least).map(|(spread, least)| spread.max(least));

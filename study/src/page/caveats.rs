@@ -88,7 +88,7 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     }
     let robots = robots_in_words(point.robots);
     Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run: more came \
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run on average: more came \
          than the robots carried until then."
     ))
 }
@@ -119,12 +119,12 @@ fn enough(variant: &VariantAnswer) -> Option<String> {
     Some(match charging >= MUCH_CHARGING {
         true => format!(
             "**Charging is the limit**: {robots} had an order {busy:.0} % of the time and charged \
-             {:.0} % of it, and {open:.0} orders were open at the end of a run.",
+             {:.0} % of it, and {open:.0} orders were open at the end of a run on average.",
             charging * 100.0
         ),
         false => format!(
             "**Orders waited**: {robots} had an order {busy:.0} % of the time only, though orders \
-             waited; {open:.0} were open at the end of a run. 'What robots spend their time on' \
+             waited; {open:.0} were open at the end of a run on average. 'What robots spend their time on' \
              shows the rest of it."
         ),
     })

@@ -23,7 +23,7 @@ pub struct DayClock {
 }
 
 /// The orders of a day.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Day {
     /// The file, for messages.
     pub file: String,
@@ -65,7 +65,11 @@ impl Day {
             (None, true) => "as they are, the same for each seed".to_owned(),
             (None, false) => "the further or missing ones drawn at random by each seed".to_owned(),
         };
-        format!("the {orders} orders of {file}{times}{shift}, {days}")
+        let at_once = match self.last_secs {
+            0.0 if *orders > 1 => ", all at time 0, as the file gives no other time",
+            _ => "",
+        };
+        format!("the {orders} orders of {file}{times}{at_once}{shift}, {days}")
     }
 
     /// Returns the time from which on no order comes, in whole seconds.

@@ -83,13 +83,13 @@ impl Manager {
             Some(Progress::Queueing { place: None, .. }) => Activity::Queued,
             _ if state.is_held || self.waits_in_queue(robot) => Activity::Queued,
             _ if state.waiting_since.is_finite() => Activity::Waiting,
-            // At a door, or a lift.
-            _ if state.awaits_release && order.is_some() => Activity::Waiting,
-            // Until roads are open again.
-            _ if state.is_unreachable() && state.speed == 0.0 && order.is_some() => {
+            _ if self.charging.is_charging(robot) => Activity::Charging,
+            // At a door or a lift, or for a route: until roads are open, or there is room.
+            _ if matches!(state.state, RobotState::Idle | RobotState::Waiting)
+                && order.is_some() =>
+            {
                 Activity::Waiting
             }
-            _ if self.charging.is_charging(robot) => Activity::Charging,
             _ => match order {
                 Some(order) if order.is_bound => Activity::Carrying,
                 Some(_) => Activity::Fetching,

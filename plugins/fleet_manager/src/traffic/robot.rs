@@ -122,10 +122,8 @@ pub struct Robot {
     pub horizon: VecDeque<Leg>,
     /// Metres per second, at least 0.
     pub speed: f32,
-    /// Whether it waits for the release of the rest of its route.
-    pub(crate) awaits_release: bool,
-    /// Whether it has stopped for a while of its own.
-    pub(crate) is_stalled: bool,
+    /// The state of its motion.
+    pub(crate) state: RobotState,
     /// The robot that was in the way when its base was to be extended.
     pub blocker: Option<Blocker>,
     /// Since when it is held, broken or faulted, in simulated seconds; infinity if it isn't.
@@ -162,8 +160,7 @@ impl Robot {
             permit: Permit::default(),
             horizon: VecDeque::new(),
             speed: seen.speed,
-            awaits_release: false,
-            is_stalled: false,
+            state: seen.state,
             blocker: None,
             waiting_since: f64::INFINITY,
             stuck_since: f64::INFINITY,
@@ -179,8 +176,7 @@ impl Robot {
 
     pub(crate) fn see(&mut self, seen: &Seen, now: f64) {
         self.speed = seen.speed;
-        self.awaits_release = seen.state == RobotState::Waiting;
-        self.is_stalled = seen.state == RobotState::Stalled;
+        self.state = seen.state;
         let is_stuck =
             matches!(seen.state, RobotState::Held | RobotState::Broken | RobotState::Faulted);
         self.stuck_since = if is_stuck { self.stuck_since.min(now) } else { f64::INFINITY };

@@ -75,6 +75,11 @@ impl<'a> Fleet<'a> {
         Some(self.equipment()? + self.prices.project_price?.get())
     }
 
+    /// Whether the hours of a year are those of its days, each as long as its run.
+    pub fn works_by_days(&self) -> bool {
+        self.prices.operating_hours_per_year.is_none() && self.ending == Ending::AfterOrders
+    }
+
     /// The hours of operation of a year.
     pub fn hours(&self, run: &Measured) -> Option<f64> {
         let hours = self.prices.operating_hours_per_year;

@@ -1,10 +1,12 @@
 use std::path::Path;
+use std::sync::Arc;
 
 use regatta_layout::ReadOptions;
 use regatta_scenario::document;
 
 use super::*;
 use crate::outcome::Measured;
+use crate::plan::Day;
 use crate::sweep::tests::measured;
 
 /// The prices of the case that was calculated by hand.
@@ -66,6 +68,23 @@ fn the_cost_of_an_order_is_no_more_exact_than_its_count() {
     let answer = cost(PRICES, vec![Point { runs: equal.to_vec(), ..point(10) }]);
     let cost = answer.points[0].per_order.expect("a cost");
     is_near(cost.half_width.expect("two runs"), cost.mean / 5.0);
+}
+
+#[test]
+fn the_cost_of_an_order_of_a_day_is_that_of_all_its_orders() {
+    // Both runs finish all 90 orders, one of them in a longer time.
+    let day = [3600.0, 4000.0].map(|secs| Measured { secs, ..measured(90.0 * 3600.0 / secs) });
+    let curve =
+        Curve { points: vec![Point { runs: day.to_vec(), ..point(10) }], ..Curve::default() };
+    let text = PRICES.replace("operating_hours_per_year: 4000", "days_per_year: 250");
+    let text = text.replace("robot_kw: 0.5", "robot_kw: 0");
+    let file = Day { stops: ["A".to_owned(), "C".to_owned()].into(), ..Day::default() };
+    let variant = variant().with_day(&Arc::new(file)).expect("stops on the ring");
+    let answer = CostAnswer::new(&prices(&text), &variant, &[], &curve, None);
+    let [year, order] = [answer.points[0].per_year, answer.points[0].per_order];
+    let (year, order) = (year.expect("a cost"), order.expect("a cost"));
+    is_near(order.mean, year.mean / (90.0 * 250.0));
+    assert!(order.half_width.expect("two runs") < 1e-6 * order.mean, "{order:?}");
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
             file: "day.csv".to_owned(),
             timetable: String::new(),
             stops: BTreeSet::from(["In".to_owned(), "Out".to_owned(), stop.to_owned()]),
-            orders: 1,
+            orders: 2,
             has_dwell: false,
             clock: None,
             last_secs: 0.0,
@@ -73,6 +73,7 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
         if let Ok(variant) = &read {
             let words = variant.load_in_words();
             assert!(words.contains("robots spend no time at stops"), "{words}");
+            assert!(words.contains("all at time 0"), "{words}");
         }
         read.map(drop).map_err(|error| error.to_string())
     };
