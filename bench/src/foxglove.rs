@@ -244,8 +244,8 @@ fn markdown(figures: &[Figures], environment: &str) -> String {
     let mut text = format!(
         "# Foxglove: a fleet live to one client\n\n{environment}\n\nEngine, plugin and client are \
          separate processes; frames come at {HZ} Hz. The age is the time from when the engine \
-         sends a frame until the client has all of it. A core is one second of processor time per second \
-         of wall time.\n\n| robots | channel | frames | MB/s | age p50 (ms) | age p99 (ms) | \
+         sends a frame until the client has all of it. A core is one second of processor time \
+         per second of wall time.\n\n| robots | channel | frames | MB/s | age p50 (ms) | age p99 (ms) | \
          plugin (cores) | late ticks |\n|---|---|---|---|---|---|---|---|\n"
     );
     for load in figures {

@@ -68,6 +68,9 @@ fn save(path: &Path, text: &str) -> io::Result<()> {
 }
 
 fn view_of(world: &World<'_>) -> Option<View> {
+    if world.nodes().is_empty() {
+        return None;
+    }
     let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
     for node in world.nodes() {
         for (axis, value) in [node.x, node.y].into_iter().enumerate() {

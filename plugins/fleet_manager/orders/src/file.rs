@@ -10,8 +10,8 @@
 //! `place:action:dwell`; `%20`, `%3A` and `%25` in names are a space, a colon and a per cent sign. Other
 //! files have `from` and `to`. Times are in seconds of simulated time, or as [`clock`] reads them.
 //!
-//! A workbook (XLSX) has the same table in its first sheet with cells; a file of Parquet has it in flat
-//! columns.
+//! A workbook (XLSX) has the same table in its first sheet with cells; a file of Parquet has it in
+//! flat columns.
 
 pub mod clock;
 pub mod columns;

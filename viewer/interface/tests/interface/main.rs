@@ -290,7 +290,10 @@ fn is_between_the_panels(harness: &Harness<'_, Fixture>, place: Vec2) {
         .camera()
         .project(place.extend(0.25), size)
         .expect("in sight");
-    let right = if harness.state().interface.settings.right.is_some() { 1000.0 } else { size.x };
+    // Two panels share the left side.
+    let settings = &harness.state().interface.settings;
+    let is_right_open = settings.right.is_some() && settings.left.is_none();
+    let right = if is_right_open { 1000.0 } else { size.x };
     let legend = harness.state().interface.placed().iter().find(|(name, _)| *name == "legend");
     let left = legend.expect("room for a legend").1.right() + 10.0;
     let middle = Vec2::new((left + right) / 2.0, size.y / 2.0);

@@ -143,8 +143,8 @@ impl Column {
     }
 }
 
-/// A unit of a column, as a fraction of metres, metres per second or radians: so the decimal numbers
-/// of a file become the nearest ones, and 5.4 km/h is 1.5 m/s.
+/// A unit of a column, as a fraction of metres, metres per second or radians: so the decimal
+/// numbers of a file become the nearest ones, and 5.4 km/h is 1.5 m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Unit {
     times: f64,
