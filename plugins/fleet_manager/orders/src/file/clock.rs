@@ -40,12 +40,12 @@ impl fmt::Display for FileTime {
         let secs = self.secs();
         let minutes = (secs.rem_euclid(DAY_SECS) / 60.0) as u32;
         let clock = format!("{:02}:{:02}", minutes / 60, minutes % 60);
-        let (year, month, day) = date_of((secs / DAY_SECS).floor() as i64);
+        let date = date_text((secs / DAY_SECS).floor() as i64);
         match self {
             Self::Secs(secs) => write!(f, "{secs} s"),
             Self::Clock(_) => f.write_str(&clock),
-            Self::Local(_) => write!(f, "{year}-{month:02}-{day:02} {clock}"),
-            Self::Instant(_) => write!(f, "{year}-{month:02}-{day:02} {clock} UTC"),
+            Self::Local(_) => write!(f, "{date} {clock}"),
+            Self::Instant(_) => write!(f, "{date} {clock} UTC"),
         }
     }
 }
