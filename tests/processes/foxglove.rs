@@ -182,8 +182,8 @@ fn foxgloves_client_steers_the_fleet() {
     assert!(failure.contains("from 1 to"), "{seen}");
     let status = fleet.status();
     assert_eq!((&status["speed"], &status["robots"]), (&json!(2.0), &json!(20)));
-    let all = seen["parameters"].as_array().expect("parameters").iter();
-    let all = all.filter(|values| values["id"] == "all").next_back().expect("all values");
+    let mut values = seen["parameters"].as_array().expect("parameters").iter();
+    let all = values.rfind(|values| values["id"] == "all").expect("all values");
     assert_eq!(all["parameters"][0], json!({"name": "paused", "value": true}));
 }
 
