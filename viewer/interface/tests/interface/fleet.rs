@@ -144,6 +144,9 @@ fn a_click_on_a_collision_flies_to_it() {
     assert_eq!(harness.state().interface.robots(), [3, 9]);
     harness.run_steps(120);
     is_between_the_panels(&harness, Vec2::new(30.0, -12.0));
+    // The panel has the height of the window, and all of its rows are in sight.
+    harness.state_mut().interface.settings.left = None;
+    settle(&mut harness);
     harness.get_by_label("robot 9").click();
     settle(&mut harness);
     assert_eq!(
