@@ -229,6 +229,10 @@ fn strangers_are_refused() {
 fn a_paused_fleet_is_seen_by_those_who_come_later() {
     let fleet = Fleet::start("foxglove-paused", "thirty.yaml", &[]);
     let plugin = Plugin::start(&fleet, &[]);
+    // The plugin has seen a frame.
+    let mut early = plugin.client();
+    early.subscribe("/robots");
+    early.times(1);
     fleet.control(&["pause"]);
     for topic in ["/robots", "/graph", "/world", "/poses"] {
         let mut client = plugin.client();

@@ -17,7 +17,7 @@ pub struct Cli {
     /// Address to listen on; port 0 is any free one
     #[arg(long, value_name = "IP:PORT", default_value_t = ADDRESS, value_parser = address)]
     pub listen: SocketAddr,
-    /// Site whose pages may connect, such as https://app.foxglove.dev; may be repeated
+    /// Site whose pages may connect, such as `https://app.foxglove.dev`; may be repeated
     #[arg(long, value_name = "ORIGIN")]
     pub allow_origin: Vec<String>,
     /// Take clients only with the token of this file, in their address: ws://IP:PORT/?token=TOKEN
