@@ -32,7 +32,7 @@ pub(crate) enum Reply {
     Parameters { names: Vec<String>, id: Option<String> },
 }
 
-/// What a client wants, and where the answer goes.
+/// The wish of a client, and the place where the answer goes.
 struct Job {
     wishes: Vec<Wish>,
     reply: Reply,

@@ -13,7 +13,7 @@ use crate::outbox::{Outbox, Sample};
 use crate::parameters::Parameters;
 use crate::protocol::response;
 
-/// What all threads share.
+/// The state that all threads share.
 #[derive(Debug)]
 pub(crate) struct Hub {
     fleet: FleetName,
@@ -33,7 +33,7 @@ struct Run {
     parameters: Option<Parameters>,
 }
 
-/// What clients do wrong; the first of each kind is told on standard error.
+/// The faults of clients; the first of each kind is told on standard error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Fault {
     /// A page of another site.

@@ -1,4 +1,4 @@
-//! What a client is to get next. The plugin and the desk put messages in, the client's connection
+//! The next messages of a client. The plugin and the desk put messages in, the client's connection
 //! takes them out as fast as the client reads; they never wait for each other.
 //!
 //! Its size is bounded: of a state (frames, time, contacts) only the newest message waits, of a log
@@ -33,7 +33,7 @@ pub(crate) struct Sample {
     pub data: Bytes,
 }
 
-/// What a client is to get.
+/// The messages that a client is to get.
 #[derive(Debug, Default)]
 pub(crate) struct Outbox {
     contents: Mutex<Contents>,
@@ -59,7 +59,7 @@ struct Contents {
     is_overrun: bool,
 }
 
-/// What comes next.
+/// The next message.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Next {
     Message(Message),

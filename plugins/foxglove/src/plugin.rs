@@ -47,7 +47,7 @@ struct Foxglove {
     newest: FrameHeader,
 }
 
-/// What the plugin reads besides the frames that it is called with.
+/// The ports that the plugin reads, besides the frames that it is called with.
 struct Sources {
     /// For clients that join a paused fleet.
     frames: Subscriber,
@@ -158,13 +158,13 @@ impl Foxglove {
         if hungry.and(ChannelSet::of(&Channel::OF_FRAMES)).is_empty() {
             return Ok(());
         }
-        if let Some(frame) = sources.frames.latest()? {
+        sources.frames.latest()?;
+        if let Some(frame) = sources.frames.current()? {
             let nanos = frame.header().sim_time_nanos;
             for channel in Channel::OF_FRAMES.into_iter().filter(|of| hungry.has(*of)) {
                 self.hub.feed(channel, nanos, encode_frame(channel, &frame));
             }
         }
-        sources.frames.release();
         Ok(())
     }
 }
@@ -223,6 +223,10 @@ impl Plugin for Foxglove {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let before = std::mem::replace(&mut self.newest, *frame.header());
         self.hub.take_header(frame.header());
+        if let Some(sources) = &mut self.sources {
+            // Held for those who came while no frame did.
+            sources.frames.release();
+        }
         let (wanted, hungry) = self.hub.wanted();
         if wanted.has(Channel::Log) {
             journal::tell_clock(&self.hub, &before, &self.newest);

@@ -105,7 +105,7 @@ fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     socket.listen(MOST_STRANGERS as u32)
 }
 
-/// What connections share.
+/// The state that connections share.
 #[derive(Clone)]
 struct Shared {
     gate: Arc<Gate>,

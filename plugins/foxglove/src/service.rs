@@ -17,7 +17,7 @@ pub(crate) enum Service {
     Speed,
 }
 
-/// What a client wants of the engine.
+/// A wish of a client of the engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Wish {
     Pause,

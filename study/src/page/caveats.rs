@@ -88,8 +88,8 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     }
     let robots = robots_in_words(point.robots);
     Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run on average: more came \
-         than the robots carried until then."
+        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run on average: \
+         more came than the robots carried until then."
     ))
 }
 
@@ -124,8 +124,8 @@ fn enough(variant: &VariantAnswer) -> Option<String> {
         ),
         false => format!(
             "**Orders waited**: {robots} had an order {busy:.0} % of the time only, though orders \
-             waited; {open:.0} were open at the end of a run on average. 'What robots spend their time on' \
-             shows the rest of it."
+             waited; {open:.0} were open at the end of a run on average. 'What robots spend their \
+             time on' shows the rest of it."
         ),
     })
 }

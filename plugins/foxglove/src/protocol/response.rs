@@ -1,4 +1,4 @@
-//! What the server sends.
+//! Messages of the server.
 
 use bytes::{BufMut, BytesMut};
 use data_encoding::BASE64;

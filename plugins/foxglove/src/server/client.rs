@@ -42,7 +42,7 @@ pub(super) struct Client {
     refill: Instant,
 }
 
-/// What a client does to the rest of the plugin.
+/// The effect of a client on the rest of the plugin.
 struct Asker {
     peer: SocketAddr,
     hub: Arc<Hub>,

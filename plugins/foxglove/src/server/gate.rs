@@ -1,4 +1,4 @@
-//! Which connections become clients.
+//! The admission of connections as clients.
 
 use std::net::SocketAddr;
 

@@ -70,8 +70,12 @@ impl Committed {
     /// Puts those behind the first robot first that were tried the longest ago.
     fn rotate(&self, due: &mut [(f64, u32)]) {
         let Some((_, others)) = due.split_first_mut() else { return };
-        let tried = |robot: u32| self.tried.get(&robot).copied().unwrap_or(f64::NEG_INFINITY);
-        others.sort_by(|a, b| tried(a.1).total_cmp(&tried(b.1)));
+        others.sort_by(|a, b| self.last_tried(a.1).total_cmp(&self.last_tried(b.1)));
+    }
+
+    /// The time at which a robot was tried last; minus infinity if it never was.
+    fn last_tried(&self, robot: u32) -> f64 {
+        self.tried.get(&robot).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
     /// Whether a robot is committed to a way to its goal.
