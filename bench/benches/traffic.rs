@@ -57,7 +57,7 @@ fn traffic(criterion: &mut Criterion) {
         });
         // Twice a second.
         group.bench_function(BenchmarkId::new("sample", name), |bencher| {
-            bencher.iter(|| FleetSample::of(black_box(&frame)));
+            bencher.iter(|| FleetSample::of(black_box(&frame), &[]));
         });
         let mut spots = Spots::default();
         group.bench_function(BenchmarkId::new("spots", name), |bencher| {

@@ -513,7 +513,7 @@ fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
     let (began, samples, lost) = history_of(run_id);
     assert_eq!((began, samples[0].secs), (0, 0.0));
     assert!(
-        samples.len() >= 3 && samples.iter().all(|sample| sample.states.iter().sum::<u32>() == 300),
+        samples.len() >= 3 && samples.iter().all(|sample| sample.robots() == 300),
         "{samples:?}"
     );
     assert!(

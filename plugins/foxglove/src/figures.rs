@@ -2,6 +2,7 @@
 
 use prost::Message;
 use regatta_messages::schema::regatta::{ContactCounts, Figures, RobotCounts, WorkFigures};
+use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::history::FleetSample;
@@ -15,16 +16,17 @@ pub(crate) struct FigureMaker {
 
 impl FigureMaker {
     /// Returns the figures of a frame, with those of contacts and of a fleet manager if there are
-    /// some of its run.
+    /// some of its run. `activities` are the values of the column `activity`, if it is published.
     pub fn encode(
         &mut self,
         frame: &Frame<'_>,
+        activities: &[f32],
         contacts: Option<&ContactHeader>,
         work: Option<&work::WorkFigures>,
     ) -> Vec<u8> {
         let header = *frame.header();
         let before = std::mem::replace(&mut self.before, header);
-        let sample = FleetSample::of(frame);
+        let sample = FleetSample::of(frame, activities);
         Figures {
             run_id: header.run_id,
             tick: header.tick,
@@ -52,9 +54,22 @@ fn real_time_factor(before: &FrameHeader, now: &FrameHeader) -> f64 {
 }
 
 fn robots(sample: &FleetSample) -> RobotCounts {
-    let [idle, driving, waiting, held, faulted, turning, stalled, broken] = sample.states;
-    let all = sample.states.iter().sum();
-    RobotCounts { idle, driving, waiting, held, faulted, turning, stalled, broken, all }
+    RobotCounts {
+        idle: sample.count(Activity::Idle),
+        fetching: sample.count(Activity::Fetching),
+        carrying: sample.count(Activity::Carrying),
+        handling: sample.count(Activity::Handling),
+        waiting: sample.count(Activity::Waiting),
+        queued: sample.count(Activity::Queued),
+        charging: sample.count(Activity::Charging),
+        held: sample.count(Activity::Held),
+        broken: sample.count(Activity::Broken),
+        faulted: sample.count(Activity::Faulted),
+        stalled: sample.count(Activity::Stalled),
+        driving: sample.count(Activity::Driving),
+        turning: sample.count(Activity::Turning),
+        all: sample.robots(),
+    }
 }
 
 fn counts(contacts: &ContactHeader) -> ContactCounts {

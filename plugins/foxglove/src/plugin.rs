@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 use prost::Message;
 use regatta_kit::private;
 use regatta_messages::{encode, scene};
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::{
-    ContactEventReader, ContactReader, Frame, Participant, Plugin, Rate, Result, Subscriber,
-    WorkReader, World, WorldReader, tell,
+    ColumnReader, ContactEventReader, ContactReader, Frame, Participant, Plugin, Rate, Result,
+    Subscriber, WorkReader, World, WorldReader, tell,
 };
 
 use crate::channel::{Channel, ChannelSet};
@@ -54,6 +55,7 @@ struct Sources {
     worlds: WorldReader,
     contacts: ContactReader,
     contact_events: ContactEventReader,
+    activities: ColumnReader,
     work: WorkReader,
 }
 
@@ -64,6 +66,7 @@ impl Sources {
             worlds: WorldReader::open_on(fleet)?,
             contacts: ContactReader::open_on(fleet)?,
             contact_events: ContactEventReader::open_on(fleet)?,
+            activities: ColumnReader::open_on(fleet, ACTIVITY.name())?,
             work: WorkReader::open_on(fleet)?,
         })
     }
@@ -126,7 +129,8 @@ impl Foxglove {
         let contacts = sources.contacts.current();
         let contacts = contacts.as_ref().map(|contacts| contacts.header);
         let work = sources.work.of_run(frame.run_id());
-        let message = self.figures.encode(frame, contacts, work);
+        let activities = sources.activities.newest_of_run(frame.run_id())?;
+        let message = self.figures.encode(frame, activities, contacts, work);
         self.hub.publish(Channel::Figures, frame.header().sim_time_nanos, message);
         self.figures_sent = Instant::now();
         Ok(())

@@ -21,12 +21,14 @@ pub struct RunHistory {
 
 impl RunHistory {
     /// Adds a frame, with its contacts if they are known. Contacts of another run count as none.
+    /// `published` are the values of the column `activity`, none where nobody publishes it.
     /// `throughput` returns the number of robots that enter an edge per hour, if that is known. It
     /// is called only if a sample is due.
     pub fn add(
         &mut self,
         frame: &Frame<'_>,
         contacts: Option<(&ContactHeader, &[ContactRecord])>,
+        published: &[f32],
         throughput: impl FnOnce() -> Option<f32>,
     ) {
         let run_id = frame.run_id();
@@ -35,7 +37,7 @@ impl RunHistory {
         if self.series.wants(run_id, frame.sim_time().as_secs_f64()) {
             let sample = FleetSample {
                 throughput: throughput().unwrap_or(f32::NAN),
-                ..FleetSample::of(frame)
+                ..FleetSample::of(frame, published)
             };
             self.series
                 .add(run_id, sample.with_touching(contacts.map(|(header, _)| header.touching)));

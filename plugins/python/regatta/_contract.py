@@ -415,11 +415,10 @@ class FleetSample(Record):
     """The figures of a fleet at a time."""
 
     secs: f64
-    states: Annotated[Any, ctypes.c_uint32 * 8]
+    activities: Annotated[Any, ctypes.c_uint32 * 13]
     touching: u32
     throughput: f32
     mean_speed: f32
-    reserved: u32
 
 
 @record

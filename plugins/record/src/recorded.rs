@@ -156,6 +156,7 @@ fn packed<'message>(
 /// A recorded column, whose values are a slice of the message.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RecordedColumn<'message> {
+    pub run_id: u64,
     pub tick: u64,
     /// Whether the same column was recorded before.
     pub is_repeated: bool,
@@ -173,7 +174,10 @@ impl<'message> RecordedColumn<'message> {
             }
         }
         match values.len() % 4 {
-            0 => Ok(Self { tick: head.tick, is_repeated: head.is_repeated, values }),
+            0 => {
+                let regatta::Column { run_id, tick, is_repeated, .. } = head;
+                Ok(Self { run_id, tick, is_repeated, values })
+            }
             _ => Err(MessageError::ColumnLength { bytes: values.len(), robots: values.len() / 4 }),
         }
     }

@@ -3,8 +3,11 @@
 use std::time::{Duration, Instant};
 
 use regatta_kit::RunHistory;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::history::HistoryHeader;
-use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result};
+use regatta_plugin::{
+    ColumnReader, ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result,
+};
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);
@@ -15,6 +18,7 @@ const PAUSES: u32 = 20;
 pub struct PublishedHistory {
     publisher: HistoryPublisher,
     contacts: ContactReader,
+    activities: ColumnReader,
     run: RunHistory,
     /// The header of the newest frame.
     newest: HistoryHeader,
@@ -37,6 +41,7 @@ impl PublishedHistory {
         Ok(Some(Self {
             publisher,
             contacts: ContactReader::open_on(fleet)?,
+            activities: ColumnReader::open_on(fleet, ACTIVITY.name())?,
             run: RunHistory::default(),
             newest: HistoryHeader::default(),
             is_due: false,
@@ -54,7 +59,8 @@ impl PublishedHistory {
         let has_checker = self.contacts.has_publisher();
         let contacts = self.contacts.current().filter(|_| has_checker);
         let contacts = contacts.map(|contacts| (contacts.header, contacts.pairs));
-        self.run.add(frame, contacts, || throughput);
+        let published = self.activities.newest_of_run(frame.run_id())?;
+        self.run.add(frame, contacts, published, || throughput);
         self.newest = HistoryHeader {
             run_id: frame.run_id(),
             tick: frame.tick(),

@@ -91,10 +91,16 @@ const IN_SIGHT: f32 = 40.0;
 
 /// The least heights of a panel on a side, of the plots, and of the picture over them, in points.
 const LOWEST_PANEL: f32 = 180.0;
-const LOWEST_PLOTS: f32 = 110.0;
+const LOWEST_PLOTS: f32 = 68.0;
 const LOWEST_PICTURE: f32 = 20.0;
 
-/// The height of a window below which plots open as low as they can be, in points.
+/// The heights at which plots open in a low window without other panels, and in a high one, in
+/// points.
+const LOW_PLOTS: f32 = 110.0;
+const HIGH_PLOTS: f32 = 150.0;
+
+/// The height of a window below which plots open low, and as low as they can be beside a panel, in
+/// points.
 const LOW: f32 = 900.0;
 
 impl Interface {
@@ -302,8 +308,14 @@ impl Interface {
             };
             let highest = (ui.available_height() - beside).clamp(0.0, 320.0);
             let sizes = LOWEST_PLOTS.min(highest)..=highest;
-            let size = if ui.ctx().content_rect().height() < LOW { LOWEST_PLOTS } else { 150.0 };
-            let panel = Panel::bottom("plots").default_size(size).size_range(sizes).resizable(true);
+            let is_low = ui.ctx().content_rect().height() < LOW;
+            // Each name keeps a size of its own: plots are high again when the others close.
+            let (name, size) = match (is_low, beside == LOWEST_PANEL) {
+                (true, true) => ("low plots", LOWEST_PLOTS),
+                (true, false) => ("plots", LOW_PLOTS),
+                (false, _) => ("plots", HIGH_PLOTS),
+            };
+            let panel = Panel::bottom(name).default_size(size).size_range(sizes).resizable(true);
             panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
                 within(ui, |ui| {
                     self.present(model, actions, |interface, context| {
@@ -325,7 +337,11 @@ impl Interface {
     ) {
         let Some(open) = self.settings.left else { return };
         // The list of robots has all its columns where there is room.
-        let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
+        let size = match room {
+            ALL_COLUMNS.. => 470.0,
+            BOTH_SIDES.. => 290.0,
+            _ => 274.0,
+        };
         let panel = Panel::left("left")
             .default_size(size)
             .size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));

@@ -4,14 +4,13 @@
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, Label, Ui, pos2};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
-use regatta_plugin::frame::RobotState;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::history::FleetSample as Sample;
-use regatta_scene::palette::{Colouring, STATES, Scale};
 
 use super::context::{PanelContext, Request};
 use super::plan::round_step;
 use super::spots::{clock, known_hint, known_text};
-use super::style::{self, color32, state_colour};
+use super::style::{self, activity_colour};
 use crate::text::thousands;
 
 /// The least distance between two marks of the axis of time, in points.
@@ -21,6 +20,18 @@ const STEPS: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
     14_400.0, 21_600.0, 43_200.0, 86_400.0,
 ];
+
+/// The height of the panel in points from which on there is room for more than a title and a line.
+const FULL_HEIGHT: f32 = 90.0;
+
+/// The parts of a plot that are shown.
+#[derive(Clone, Copy, PartialEq)]
+enum Detail {
+    /// All: values by name, and the axis of time.
+    Full,
+    /// The title, the value of a single line, and the lines. Other values are shown on hovering.
+    Low,
+}
 
 /// A plot: its title, and its lines with their names and colours.
 struct Figure {
@@ -50,11 +61,16 @@ impl PlotsPanel {
         let is_within = context.model.recording().is_some() || context.model.is_past();
         let shown = context.model.clock_secs().filter(|_| is_within);
         let (mut now_hovered, mut clicked) = (None, None);
-        ui.label(style::faint(ui, known_text(context.model)))
-            .on_hover_text(known_hint(context.model));
+        let is_full = ui.available_height() >= FULL_HEIGHT;
+        let detail = if is_full { Detail::Full } else { Detail::Low };
+        if is_full {
+            ui.label(style::faint(ui, known_text(context.model)))
+                .on_hover_text(known_hint(context.model));
+        }
         ui.columns(figures.len(), |columns| {
             for (ui, figure) in columns.iter_mut().zip(&figures) {
-                let found = plot(context, ui, figure, ends, samples, [shown, hovered]);
+                let times = Times { ends, shown, hovered };
+                let found = plot(context, ui, figure, samples, times, detail);
                 now_hovered = found.0.or(now_hovered);
                 clicked = found.1.or(clicked);
             }
@@ -73,27 +89,38 @@ fn figures(context: &PanelContext<'_>, samples: &[Sample]) -> Vec<Figure> {
             samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
         (name.to_owned(), colour, points)
     };
-    let legend = Colouring::State.legend(context.theme, &[], None);
-    let Scale::Categories(names) = &legend.scale else { return Vec::new() };
-    let states = STATES.iter().zip(names).enumerate();
-    let seen = states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
-    let states = seen.map(|(number, (state, (_, colour)))| {
-        line(state.name(), color32(*colour), &|sample| Some(sample.states[number].into()))
+    let seen = Activity::ALL
+        .into_iter()
+        .filter(|activity| samples.iter().any(|sample| sample.count(*activity) > 0));
+    let activities = seen.map(|activity| {
+        line(activity.name(), activity_colour(activity, context.theme), &|sample| {
+            Some(sample.count(activity).into())
+        })
     });
-    let waiting = STATES.iter().position(|state| *state == RobotState::Waiting);
     let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {
         title,
         lines: vec![line("", colour, value)],
     };
     vec![
-        Figure { title: "robots by state", lines: states.collect() },
-        one("waiting", state_colour(RobotState::Waiting, context.theme), &|sample| {
-            waiting.map(|state| sample.states[state].into())
+        Figure { title: "robots by activity", lines: activities.collect() },
+        one("waiting", activity_colour(Activity::Waiting, context.theme), &|sample| {
+            Some(sample.count(Activity::Waiting).into())
         }),
         one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
         one("edges entered per hour", colours.good, &|sample| sample.throughput().map(f64::from)),
         one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
     ]
+}
+
+/// The times of plots, in seconds.
+#[derive(Clone, Copy)]
+struct Times {
+    /// The first and the last time.
+    ends: [f64; 2],
+    /// The time that the picture of the fleet shows, if it isn't the present.
+    shown: Option<f64>,
+    /// The time under the pointer in one of the plots.
+    hovered: Option<f64>,
 }
 
 /// Shows a plot, with lines at the shown time and at the one that the pointer is over. Returns
@@ -102,19 +129,59 @@ fn plot(
     context: &PanelContext<'_>,
     ui: &mut Ui,
     figure: &Figure,
-    ends: [f64; 2],
     samples: &[Sample],
-    [shown, hovered]: [Option<f64>; 2],
+    times: Times,
+    detail: Detail,
 ) -> (Option<f64>, Option<f64>) {
+    values(context, ui, figure, samples, times, detail);
+    if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
+        ui.label(style::faint(ui, "not published"));
+        return (None, None);
+    }
     let colours = context.colours;
-    let near = hovered.or(shown).and_then(|secs| {
+    let plotted = axes(ui, figure, times, detail).show(ui, |axes| {
+        for (name, colour, points) in &figure.lines {
+            axes.line(
+                Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5),
+            );
+        }
+        for (name, secs, colour) in
+            [("shown", times.shown, colours.accent), ("pointer", times.hovered, colours.faint)]
+        {
+            if let Some(secs) = secs {
+                axes.vline(egui_plot::VLine::new(name, secs).color(colour).width(1.0));
+            }
+        }
+        axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
+    });
+    let mut response = plotted.response;
+    if detail == Detail::Low {
+        response = response.on_hover_ui_at_pointer(|ui| {
+            values(context, ui, figure, samples, times, Detail::Full);
+        });
+    }
+    let pointer = plotted.inner.filter(|_| response.hovered());
+    (pointer, pointer.filter(|_| response.clicked()))
+}
+
+/// Shows the title of a plot, and its values at the time under the pointer, else at the shown one.
+fn values(
+    context: &PanelContext<'_>,
+    ui: &mut Ui,
+    figure: &Figure,
+    samples: &[Sample],
+    times: Times,
+    detail: Detail,
+) {
+    let near = times.hovered.or(times.shown).and_then(|secs| {
         samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs()))
     });
+    let at = near.map_or(times.ends[1], |sample| sample.secs);
+    let has_room = detail == Detail::Full || figure.lines.len() == 1;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
         ui.label(style::faint(ui, figure.title));
-        let at = near.map_or(ends[1], |sample| sample.secs);
-        for (name, colour, points) in &figure.lines {
+        for (name, colour, points) in figure.lines.iter().filter(|_| has_room) {
             let value = points
                 .iter()
                 .rfind(|point| point[0] <= at)
@@ -122,27 +189,29 @@ fn plot(
             let text = if name.is_empty() { value } else { format!("{name} {value}") };
             // In their own colours, some texts would be hard to read.
             let mut job = LayoutJob::default();
-            job.append(&text, 10.0, TextFormat::simple(FontId::proportional(11.0), colours.text));
+            let format = TextFormat::simple(FontId::proportional(11.0), context.colours.text);
+            job.append(&text, 10.0, format);
             let place = ui.add(Label::new(job).extend()).rect;
             ui.painter().circle_filled(pos2(place.left() + 3.5, place.center().y), 3.5, *colour);
         }
-        if let Some(sample) = near {
+        if let Some(sample) = near.filter(|_| has_room) {
             ui.add(Label::new(style::faint(ui, format!("at {}", clock(sample.secs)))).extend());
         }
     });
-    if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
-        ui.label(style::faint(ui, "not published"));
-        return (None, None);
-    }
+}
+
+/// Returns the axes of a plot.
+fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> {
     let room = ui.available_width() - 40.0;
-    let plot = Plot::new(figure.title)
-        .include_x(ends[0])
-        .include_x(ends[1])
+    Plot::new(figure.title)
+        .include_x(times.ends[0])
+        .include_x(times.ends[1])
         .include_y(0.0)
         .include_y(1.0)
+        .show_axes([detail == Detail::Full, true])
         .y_axis_min_width(34.0)
         .y_grid_spacer(marks)
-        .x_grid_spacer(move |input| times(input.bounds, room))
+        .x_grid_spacer(move |input| time_marks(input.bounds, room))
         .y_axis_formatter(|mark, _| number(mark.value))
         .x_axis_formatter(|mark, _| clock(mark.value))
         .allow_drag(false)
@@ -151,24 +220,7 @@ fn plot(
         .allow_boxed_zoom(false)
         .show_background(false)
         .show_x(false)
-        .show_y(false);
-    let plotted = plot.show(ui, |axes| {
-        for (name, colour, points) in &figure.lines {
-            axes.line(
-                Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5),
-            );
-        }
-        for (name, secs, colour) in
-            [("shown", shown, colours.accent), ("pointer", hovered, colours.faint)]
-        {
-            if let Some(secs) = secs {
-                axes.vline(egui_plot::VLine::new(name, secs).color(colour).width(1.0));
-            }
-        }
-        axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
-    });
-    let pointer = plotted.inner.filter(|_| plotted.response.hovered());
-    (pointer, pointer.filter(|_| plotted.response.clicked()))
+        .show_y(false)
 }
 
 /// Returns the marks of a plot's upright axis, at round values: two or three, so that the lowest
@@ -181,7 +233,7 @@ fn marks(input: GridInput) -> Vec<GridMark> {
 }
 
 /// Returns the marks of a plot's axis of time, at round times, in an axis of some points.
-fn times((low, high): (f64, f64), points: f32) -> Vec<GridMark> {
+fn time_marks((low, high): (f64, f64), points: f32) -> Vec<GridMark> {
     let least = (high - low) * f64::from(TIME_POINTS / points.max(TIME_POINTS));
     let days = (least / 86_400.0).ceil() * 86_400.0;
     let step_size = STEPS.into_iter().find(|step| *step >= least).unwrap_or(days);
@@ -205,13 +257,13 @@ mod tests {
     #[test]
     fn times_are_round_and_have_room() {
         let values = |high, points| {
-            times((0.0, high), points).into_iter().map(|mark| mark.value).collect::<Vec<_>>()
+            time_marks((0.0, high), points).into_iter().map(|mark| mark.value).collect::<Vec<_>>()
         };
         assert_eq!(values(875.0, 200.0), [0.0, 600.0]);
         assert_eq!(values(875.0, 400.0), [0.0, 300.0, 600.0]);
         assert_eq!(values(4.2, 400.0), [0.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(values(3.0 * 86_400.0, 200.0), [0.0, 172_800.0]);
-        assert_eq!(times((120.0, 130.0), 0.0).len(), 2, "a plot without room");
+        assert_eq!(time_marks((120.0, 130.0), 0.0).len(), 2, "a plot without room");
     }
 
     #[test]

@@ -8,7 +8,6 @@ use egui::{
     Response, RichText, Role, Sense, Stroke, TextStyle, Ui, Visuals, WidgetInfo, vec2,
 };
 use regatta_plugin::activity::Activity;
-use regatta_plugin::frame::RobotState;
 use regatta_scene::palette::{Rgb, Theme};
 
 use crate::text::NO_BREAK_SPACE;
@@ -51,11 +50,6 @@ const fn hex(rgb: u32) -> Color32 {
 /// Converts a colour of the picture.
 pub fn color32(colour: Rgb) -> Color32 {
     hex(colour.0)
-}
-
-/// Returns the colour of a robot's state: that of the picture.
-pub fn state_colour(state: RobotState, theme: Theme) -> Color32 {
-    color32(theme.state_colour(state))
 }
 
 /// Returns the colour of a robot's activity: that of the picture.

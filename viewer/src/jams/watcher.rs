@@ -6,10 +6,11 @@ use glam::Vec2;
 use regatta_interface::jams::{EdgeFacts, Known, NodeFacts, Presence, Spot};
 use regatta_interface::robot_spots;
 use regatta_kit::RunHistory;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::traffic::TRAFFIC_PERIODS;
 use regatta_plugin::{
-    ContactReader, HistoryReader, Participant, ReadError, Result, Subscriber, Traffic,
-    TrafficReader, WorldReader,
+    ColumnReader, ContactReader, HistoryReader, Participant, ReadError, Result, Subscriber,
+    Traffic, TrafficReader, WorldReader,
 };
 use regatta_scene::heat::{Heat, HeatMap};
 
@@ -28,6 +29,7 @@ pub struct Watcher {
     worlds: WorldReader,
     traffic: TrafficReader,
     contacts: ContactReader,
+    activities: ColumnReader,
     published: HistoryReader,
     run: RunHistory,
     /// The heat map that was worked out last, and whether there is something newer.
@@ -48,6 +50,7 @@ impl Watcher {
             worlds: WorldReader::open_on(participant)?,
             traffic: TrafficReader::open_on(participant)?,
             contacts: ContactReader::open_on(participant)?,
+            activities: ColumnReader::open_on(participant, ACTIVITY.name())?,
             published: HistoryReader::open_on(participant)?,
             run: RunHistory::default(),
             heat: None,
@@ -119,7 +122,8 @@ impl Watcher {
         let throughput = self
             .current_traffic()?
             .map(|traffic| traffic.periods[0].iter().map(|edge| edge.entered_per_hour).sum());
-        self.run.add(&frame, contacts, || throughput);
+        let activities = self.activities.newest_of_run(run)?;
+        self.run.add(&frame, contacts, activities, || throughput);
         if Instant::now() < self.list_at {
             return Ok(None);
         }

@@ -240,13 +240,11 @@ impl Poller {
             Some(activities) => activities,
             none => none.insert(ColumnReader::open_on(&self.participant, ACTIVITY.name())?),
         };
-        activities.latest()?;
         // A paused engine sends no new frame.
         frames.latest()?;
         let Some(frame) = frames.current()? else { return Ok(None) };
-        let column = activities.current()?;
-        let column = column.filter(|column| column.header.run_id == frame.run_id());
-        Ok(Some(self.query.rows(frame.columns(), column.map_or(&[], |column| column.values))))
+        let activities = activities.newest_of_run(frame.run_id())?;
+        Ok(Some(self.query.rows(frame.columns(), activities)))
     }
 
     fn values(&mut self) -> Result<Vec<(ColumnName, f32)>> {

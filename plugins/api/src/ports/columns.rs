@@ -157,6 +157,17 @@ impl ColumnReader {
         }
     }
 
+    /// Takes the newest values. Returns them if a process publishes them in this run, else none.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the connection is broken, or the values contradict their header.
+    pub fn newest_of_run(&mut self, run_id: u64) -> Result<&[f32], ReadError> {
+        self.columns.take_newest()?;
+        let has_publisher = self.has_publisher();
+        let column = self.current()?.filter(|column| column.header.run_id == run_id);
+        Ok(column.filter(|_| has_publisher).map_or(&[], |column| column.values))
+    }
+
     /// Whether a process publishes it. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {

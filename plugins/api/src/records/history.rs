@@ -6,12 +6,10 @@ use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::frame::{Frame, NO_EDGE};
+use super::activity::Activity;
+use super::frame::{Frame, NO_EDGE, RobotState};
 use super::sequence::Sequenced;
 
-/// The number of states in [`FleetSample::states`]: all but
-/// [`Absent`](super::frame::RobotState::Absent).
-pub const FLEET_STATES: usize = 8;
 /// The most edges of a [`HotSpot`].
 pub const SPOT_EDGES: usize = 4;
 /// The value of [`FleetSample::touching`] if no process checks for contacts.
@@ -45,31 +43,47 @@ pub struct HistoryHeader {
 pub struct FleetSample {
     /// Simulated seconds.
     pub secs: f64,
-    /// Robots by state, in the order of [`RobotState`](super::frame::RobotState).
-    pub states: [u32; FLEET_STATES],
+    /// Robots by activity, in the order of [`Activity::ALL`].
+    pub activities: [u32; Activity::COUNT],
     /// Pairs of robots that touch; [`touching`](Self::touching()) reads it.
     pub touching: u32,
     /// Robots that enter an edge, per hour, over the last minute; NaN if it isn't known.
     pub throughput: f32,
     /// The mean speed of all robots, in metres per second.
     pub mean_speed: f32,
-    /// Zero.
-    pub reserved: u32,
 }
 
 impl FleetSample {
-    /// Takes the figures of a frame: the states and the speeds of its robots.
-    pub fn of(frame: &Frame<'_>) -> Self {
-        let states = core::array::from_fn(|state| count(frame.state(), state as u8));
-        let mut sum = 0.0;
-        for (state, speed) in frame.state().iter().zip(frame.speed()) {
-            // A row without a robot has a state beyond the list. A branch would cost more.
-            let is_robot = usize::from(*state) < FLEET_STATES;
-            sum += if is_robot { f64::from(speed.abs()) } else { 0.0 };
+    /// Takes the figures of a frame: the activities and the speeds of its robots. `published` are
+    /// the values of the column [`ACTIVITY`](super::column::ACTIVITY); it is empty where no fleet
+    /// manager publishes it, and robots beyond its end are counted by their states.
+    pub fn of(frame: &Frame<'_>, published: &[f32]) -> Self {
+        let with_column = published.len().min(frame.len());
+        let mut activities = [0; Activity::COUNT];
+        for (state, value) in frame.state().iter().zip(published) {
+            let state = RobotState::from_number(*state);
+            if let Some(activity) = Activity::of(state, Activity::from_value(*value)) {
+                activities[activity as usize] += 1;
+            }
         }
-        let robots: u32 = states.iter().sum();
-        let mean_speed = (sum / f64::from(robots.max(1))) as f32;
-        Self { secs: frame.sim_time().as_secs_f64(), states, mean_speed, ..Self::default() }
+        for state in (0..RobotState::COUNT as u8).map(RobotState::from_number) {
+            if let Some(activity) = Activity::of_state(state) {
+                activities[activity as usize] += count(&frame.state()[with_column..], state as u8);
+            }
+        }
+        let robots: u32 = activities.iter().sum();
+        let mean_speed = (speed_sum(frame) / f64::from(robots.max(1))) as f32;
+        Self { secs: frame.sim_time().as_secs_f64(), activities, mean_speed, ..Self::default() }
+    }
+
+    /// The number of robots of an activity.
+    pub fn count(&self, activity: Activity) -> u32 {
+        self.activities[activity as usize]
+    }
+
+    /// The number of all robots.
+    pub fn robots(&self) -> u32 {
+        self.activities.iter().sum()
     }
 
     /// Adds the pairs that touch; `None` if no process checks.
@@ -89,6 +103,17 @@ impl FleetSample {
     }
 }
 
+/// Adds up the speeds of all robots, in metres per second.
+fn speed_sum(frame: &Frame<'_>) -> f64 {
+    let mut sum = 0.0;
+    for (state, speed) in frame.state().iter().zip(frame.speed()) {
+        // A row without a robot has a state beyond the list. A branch would cost more.
+        let is_robot = usize::from(*state) < RobotState::COUNT;
+        sum += if is_robot { f64::from(speed.abs()) } else { 0.0 };
+    }
+    sum
+}
+
 /// Counts the robots in a state, in blocks whose counts fit into a byte: so the compiler compares
 /// many at once.
 fn count(states: &[u8], state: u8) -> u32 {
@@ -99,14 +124,12 @@ fn count(states: &[u8], state: u8) -> u32 {
 
 impl Default for FleetSample {
     fn default() -> Self {
-        let states = [0; FLEET_STATES];
         Self {
             secs: 0.0,
-            states,
+            activities: [0; Activity::COUNT],
             touching: UNKNOWN,
             throughput: f32::NAN,
             mean_speed: 0.0,
-            reserved: 0,
         }
     }
 }

@@ -108,7 +108,7 @@ fn all_records() -> Map<String, Value> {
             has_routes }
         EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs, released, planned }
         HistoryHeader { run_id, tick, sim_time_nanos, began_nanos, sequence }
-        FleetSample { secs, states, touching, throughput, mean_speed, reserved }
+        FleetSample { secs, activities, touching, throughput, mean_speed }
         HotSpot { contact_secs, standing_secs, seen, x, y, edges, trend, reserved }
         ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, sequence, touching,
             possible, capped, reserved }

@@ -5,14 +5,16 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use regatta_kit::RunHistory;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::{FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot};
 use regatta_plugin::{Frame, HistoryPublisher, Participant, PublishError};
 
 use super::stage::or_left_out;
 use crate::contacts::ContactDecoder;
+use crate::decode::MessageError;
 use crate::reading::{Entry, ReadingError, Recording, Selection};
-use crate::recorded::{FrameBuffer, RecordedFrame};
+use crate::recorded::{FrameBuffer, RecordedColumn, RecordedFrame};
 use crate::schema::Topic;
 
 /// The least time between two frames that are counted, on the recording's clock, in nanoseconds.
@@ -39,12 +41,15 @@ pub(super) fn search(
     recording: &Recording,
     mut tell: impl FnMut(RecordedHistory) -> bool,
 ) -> Result<(), ReadingError> {
-    let topics = vec![Topic::Contacts, Topic::ContactUpdates, Topic::Frames];
+    let mut topics = vec![Topic::Contacts, Topic::ContactUpdates, Topic::Frames];
+    topics.extend(recording.topics().into_iter().filter(is_of_activities));
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let (mut counter, mut next) = (Counter::default(), 0);
     let (mut told, mut rested) = (Instant::now(), Instant::now());
     while let Some(Entry { topic, log_time, message }) = reader.next()? {
-        if *topic != Topic::Frames {
+        if is_of_activities(topic) {
+            recording.located(topic, log_time, counter.take_activities(message))?;
+        } else if *topic != Topic::Frames {
             recording.located(topic, log_time, counter.contacts.decode(topic, message))?;
         } else if log_time >= next {
             next = log_time.saturating_add(FRAME_EVERY);
@@ -70,12 +75,19 @@ pub(super) fn search(
     Ok(())
 }
 
+/// Whether a topic has the activities of robots, as a fleet manager published them.
+fn is_of_activities(topic: &Topic) -> bool {
+    topic.column().is_some_and(|name| name.as_str() == ACTIVITY.name())
+}
+
 /// The counter of a run's frames.
 #[derive(Debug, Default)]
 struct Counter {
     contacts: ContactDecoder,
     run: RunHistory,
     throughput: Throughput,
+    /// The newest values of the column `activity`, and their run.
+    activities: (u64, Vec<f32>),
     newest: FrameHeader,
     buffer: FrameBuffer,
 }
@@ -86,10 +98,18 @@ impl Counter {
         self.newest.run_id != 0 && self.newest.run_id != frame.header.run_id
     }
 
+    fn take_activities(&mut self, message: &[u8]) -> Result<(), MessageError> {
+        let column = RecordedColumn::parse(message)?;
+        self.activities = (column.run_id, column.values());
+        Ok(())
+    }
+
     fn count(&mut self, recorded: &RecordedFrame<'_>) {
         let Some(frame) = self.buffer.fill(recorded) else { return };
         let throughput = self.throughput.count(&frame);
-        self.run.add(&frame, self.contacts.list(), || throughput);
+        let (run_id, values) = &self.activities;
+        let published = if *run_id == frame.run_id() { values.as_slice() } else { &[] };
+        self.run.add(&frame, self.contacts.list(), published, || throughput);
         self.newest = recorded.header;
     }
 

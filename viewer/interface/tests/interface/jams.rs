@@ -271,9 +271,12 @@ fn click_into_a_plot(harness: &mut Harness<'_, Fixture>) {
 
 /// The figures of a fleet of a hundred robots at a time: one robot more waits each second.
 fn sample(second: u32) -> Sample {
+    let mut activities = [0; Activity::COUNT];
+    activities[Activity::Carrying as usize] = 100 - second;
+    activities[Activity::Waiting as usize] = second;
     Sample {
         secs: f64::from(second),
-        states: [0, 100 - second, second, 0, 0, 0, 0, 0],
+        activities,
         touching: 2,
         mean_speed: 0.75,
         ..Sample::default()
@@ -288,6 +291,7 @@ fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_looks_back()
     assert!(harness.query_by_label("mean speed, m/s").is_none());
     press(&mut harness, Key::Num8);
     harness.get_by_label("waiting 80");
+    harness.get_by_label("carrying 20");
     harness.get_by_label("0.75");
     harness.get_by_label("not published");
     click_into_a_plot(&mut harness);

@@ -30,6 +30,7 @@ use regatta_interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_interface::view_model::{
     Action, Counts, EngineState, Item, Live, RunningUdp, Timeline, ViewModel,
 };
+use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{

@@ -34,7 +34,7 @@ pub fn middle_of_free_part(harness: &Harness<'_, Fixture>) -> Vec2 {
     let picture = fixture.picture;
     let mut left = fixture.panel("left").map_or(picture.left(), |panel| panel.right());
     let right = fixture.panel("right").map_or(picture.right(), |panel| panel.left());
-    let bottom = fixture.panel("plots").map_or(picture.bottom(), |panel| panel.top());
+    let bottom = fixture.plots().map_or(picture.bottom(), |panel| panel.top());
     let legend = fixture.interface.placed().iter().find(|(name, _)| *name == LEGEND);
     left = legend.map_or(left, |(_, place)| place.right() + 10.0);
     Vec2::new(left + right, picture.top() + bottom) / 2.0
@@ -165,7 +165,7 @@ fn share_of_the_plant(plots: bool) -> f32 {
     assert!(settings.left.is_some() && settings.right.is_some() && settings.plots == plots);
     let place = |name: &str| fixture.panel(name).expect("open");
     let window = place("top").union(place("bottom"));
-    let low = place(if plots { "plots" } else { "bottom" }).top();
+    let low = fixture.plots().unwrap_or_else(|| place("bottom")).top();
     let size = egui::vec2(window.right() - place("left").right(), low - place("left").top());
     size.x * size.y / window.area()
 }
@@ -173,7 +173,7 @@ fn share_of_the_plant(plots: bool) -> f32 {
 #[test]
 fn panels_leave_most_of_the_window_to_the_plant() {
     let shares = [false, true].map(share_of_the_plant);
-    assert!(shares[0] >= 0.65 && shares[1] >= 0.54, "{shares:?}");
+    assert!(shares[0] >= 0.65 && shares[1] >= 0.6, "{shares:?}");
 }
 
 #[test]

@@ -61,10 +61,13 @@ pub struct Fixture {
     pub activities: Option<Vec<f32>>,
     /// The bars and panels of the last picture, with their names.
     pub panels: Vec<(&'static str, Rect)>,
+    /// The height of the window, in points.
+    pub window_height: f32,
 }
 
 /// The names of all bars and panels.
-pub const PANELS: [&str; 7] = ["top", "strip", "bottom", "timeline", "plots", "left", "right"];
+pub const PANELS: [&str; 8] =
+    ["top", "strip", "bottom", "timeline", "plots", "low plots", "left", "right"];
 
 impl Fixture {
     fn new() -> Self {
@@ -117,7 +120,19 @@ impl Fixture {
             timeline: None,
             activities: None,
             panels: Vec::new(),
+            window_height: 0.0,
         }
+    }
+
+    /// Whether plots are as low as they can be: beside a panel, in a low window.
+    fn has_low_plots(&self) -> bool {
+        let settings = &self.interface.settings;
+        self.window_height < 900.0 && (settings.left.is_some() || settings.right.is_some())
+    }
+
+    /// The place of the plots, if they are open.
+    pub fn plots(&self) -> Option<Rect> {
+        self.panel("plots").or_else(|| self.panel("low plots"))
     }
 
     /// The place of a bar or a panel, if it is open.
@@ -131,7 +146,8 @@ impl Fixture {
                 settings.right.is_some() && settings.left.is_none()
             }
             "right" => settings.right.is_some(),
-            "plots" => settings.plots,
+            "plots" => settings.plots && !self.has_low_plots(),
+            "low plots" => settings.plots && self.has_low_plots(),
             _ => true,
         };
         self.panels.iter().find(|(other, _)| *other == name && is_open).map(|(_, place)| *place)
@@ -183,6 +199,7 @@ impl Fixture {
             ))
         };
         self.panels = PANELS.into_iter().filter_map(place).collect();
+        self.window_height = ui.ctx().content_rect().height();
         self.actions.extend(actions);
     }
 }

@@ -89,7 +89,7 @@ pub fn plots(fixture: &mut Fixture) {
     fixture.interface.settings.plots = true;
     let sample = |second: u32| FleetSample {
         secs: f64::from(second),
-        states: [0, 12_345 - second, second, 3, 4, 1_234, 12, 3],
+        activities: [0, 12_345 - second, 7, 8, second, 40, 2, 3, 4, 1_234, 12, 3, 5],
         touching: 1_234,
         throughput: 12_345.0,
         mean_speed: 0.75,
