@@ -9,6 +9,7 @@ mod fleet;
 mod jams;
 mod levels;
 mod live;
+mod memory;
 mod motion;
 mod order;
 mod picking;
@@ -30,7 +31,8 @@ fn main() -> std::process::ExitCode {
         .chain(motion::TESTS)
         .chain(order::TESTS)
         .chain(levels::TESTS)
-        .chain(live::TESTS);
+        .chain(live::TESTS)
+        .chain(memory::TESTS);
     let mut trials: Vec<_> = tests
         .map(|(name, test)| {
             let device = gpu.clone();

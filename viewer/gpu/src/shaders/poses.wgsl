@@ -62,13 +62,15 @@ fn bit_of(i: u32, row: u32) -> bool {
     return extractBits(attributes[2u * stride + stride / 4u + row * (stride / 32u) + i / 32u], i % 32u, 1u) == 1u;
 }
 
+// Here and below, both sides are evaluated: Mesa's software driver (22.3) compiles a shader that branches on a uniform alone
+// anew for each picture, and never frees it.
 fn matches(i: u32) -> bool {
-    return (view.filtered & 1u) == 0u || bit_of(i, 0u);
+    return ((view.filtered & 1u) == 0u) | bit_of(i, 0u);
 }
 
 // Whether a robot isn't shown: it is on another level than the picture's.
 fn is_hidden(i: u32) -> bool {
-    return (view.filtered & 2u) != 0u && !bit_of(i, 1u);
+    return ((view.filtered & 2u) != 0u) & !bit_of(i, 1u);
 }
 
 fn colour_of(i: u32) -> vec3f {
