@@ -89,8 +89,9 @@ impl StandingPlaces {
             let edge = *self.ends.get(*tried)?;
             *tried += 1;
             let pose @ (position, heading) = end_pose(graph, tracks, edge);
-            let place = (Some(edge), graph.edge(edge).destination);
-            if self.zones.has_room(place.0, place.1)
+            // At the end of an edge, a robot stands at the node, and not in the zones of the edge.
+            let place = (None, graph.edge(edge).destination);
+            if self.zones.has_room(place.1)
                 && self.is_free(position, &Footprint::new(robot_type, position, heading))
             {
                 self.occupy(robot_type, pose, place);
@@ -228,6 +229,22 @@ mod tests {
             let ends: Vec<_> =
                 fill(&graph, seed).iter().map(|edge| graph.edge(*edge).destination.0).collect();
             assert!(ends.len() == 2 && ends.contains(&2), "{seed}: {ends:?}");
+        }
+    }
+
+    #[test]
+    fn robots_stand_at_the_end_of_an_edge_whose_zone_is_full() {
+        let text = "id,x,y\nA,0,0\nB,9,0\nC,9,9\n\nfrom,to\nA,B\nB,C\nC,A\n";
+        let (graph, _) = parse(text, "ring.csv", &ReadOptions::default()).expect("a graph");
+        let road = Zone {
+            name: "road".into(),
+            rule: ZoneRule::EXCLUSIVE,
+            nodes: Vec::new(),
+            edges: vec![EdgeIndex(0), EdgeIndex(1), EdgeIndex(2)],
+        };
+        let graph = graph.with_zones(vec![road]);
+        for seed in 0..8 {
+            assert_eq!(fill(&graph, seed).len(), 3, "{seed}");
         }
     }
 

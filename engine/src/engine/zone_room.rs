@@ -32,9 +32,9 @@ impl ZoneRoom {
         Self { of_node, of_edge, room }
     }
 
-    /// Whether all zones of a place have room for another robot.
-    pub fn has_room(&self, edge: Option<EdgeIndex>, node: NodeIndex) -> bool {
-        self.zones(edge, node).iter().all(|zone| self.room[*zone as usize] > 0)
+    /// Whether all zones of a node have room for another robot.
+    pub fn has_room(&self, node: NodeIndex) -> bool {
+        self.of_node[node.0 as usize].iter().all(|zone| self.room[*zone as usize] > 0)
     }
 
     /// Adds a robot at a place, also beyond the room of its zones.

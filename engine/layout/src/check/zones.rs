@@ -86,12 +86,25 @@ fn tagged<'raw>(raw: &'raw [RawZone], graph: &RouteGraph) -> BTreeMap<&'raw str,
     tagged
 }
 
-/// Adds the nodes where two or more of the edges meet: a robot that stands there hasn't left.
+/// Adds the nodes between the edges: a robot that stands there hasn't left. The edges lead from
+/// such a node to two others or more, or no other edge does: both directions of one road that ends
+/// there don't make it one.
 fn add_inner_nodes(members: &mut Members, graph: &RouteGraph) {
-    let edges = members.edges.iter().map(|&edge| graph.edge(edge));
-    let mut ends: Vec<NodeIndex> = edges.flat_map(|edge| [edge.origin, edge.destination]).collect();
-    ends.sort_unstable();
-    let inner = ends.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
+    let mut neighbours: BTreeMap<NodeIndex, BTreeSet<NodeIndex>> = BTreeMap::new();
+    for edge in members.edges.iter().map(|&edge| graph.edge(edge)) {
+        neighbours.entry(edge.origin).or_default().insert(edge.destination);
+        neighbours.entry(edge.destination).or_default().insert(edge.origin);
+    }
+    let mut has_others = BTreeSet::new();
+    for (index, edge) in graph.edges().iter().enumerate() {
+        if !members.edges.contains(&EdgeIndex(index as u32)) {
+            has_others.extend([edge.origin, edge.destination]);
+        }
+    }
+    let inner = neighbours
+        .into_iter()
+        .filter(|(node, others)| others.len() > 1 || !has_others.contains(node))
+        .map(|(node, _)| node);
     members.nodes.extend(inner);
 }
 
@@ -142,6 +155,32 @@ Zones:
         let written = crate::write(&graph, crate::Format::Regatta).expect("a writer");
         let (again, _) = parse(&written.text, "b.yaml", &ReadOptions::default()).expect("valid");
         assert_eq!(again.zones(), graph.zones());
+    }
+
+    /// A corridor that is driven both ways: who stands at one of its ends is outside of it, unless
+    /// no road leads on from there.
+    #[test]
+    fn the_ends_of_a_corridor_are_no_members() {
+        let members = |roads: &str| {
+            let text = format!(
+                "Edges:\n{roads}Vertices:\n\
+                 - {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 4, Y: 0, Theta: 0}}\n\
+                 - {{Id: 3, X: 8, Y: 0, Theta: 0}}\n- {{Id: 4, X: 4, Y: 9, Theta: 0}}\n\
+                 Zones:\n- {{Name: c, Rule: same_direction, Edges: [1, 2, 3, 4]}}\n"
+            );
+            let (graph, _) = parse(&text, "a.yaml", &ReadOptions::default()).expect("valid");
+            let nodes = graph.zones()[0].nodes.iter();
+            nodes.map(|node| graph.node(*node).id).collect::<Vec<u32>>()
+        };
+        let road = |id: u32, from: u32, to: u32| {
+            format!(
+                "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+                 VelocityForward: 1}}\n"
+            )
+        };
+        let corridor = [road(1, 1, 2), road(2, 2, 3), road(3, 3, 2), road(4, 2, 1)].concat();
+        assert_eq!(members(&format!("{corridor}{}{}", road(5, 3, 4), road(6, 4, 1))), [2]);
+        assert_eq!(members(&format!("{corridor}{}{}", road(5, 3, 4), road(6, 4, 3))), [1, 2]);
     }
 
     #[test]
