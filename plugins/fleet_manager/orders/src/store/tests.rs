@@ -1,7 +1,7 @@
 use std::sync::mpsc::channel;
 
 use super::*;
-use crate::order::{Action, NewOrder, Order, OrderId, State, Stop};
+use crate::order::{Action, NewOrder, Order, OrderId, Stop};
 use crate::places::Place;
 use crate::threads::{InsertError, Job};
 use crate::{Candidate, OrderPool, OrderSettings};
