@@ -174,7 +174,7 @@ fn other_files_are_refused_and_left_as_they_are() {
         "PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 99; CREATE TABLE a (b)"
     ));
     for (path, expected) in
-        [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 2")]
+        [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 3")]
     {
         let before = std::fs::read(path).expect("readable");
         let error = open(path).expect_err("refused").to_string();
