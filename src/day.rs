@@ -160,7 +160,8 @@ fn stops(orders: &[TimedDraft]) -> BTreeSet<String> {
     stops.map(|stop| stop.location_name.to_string()).collect()
 }
 
-/// Returns the places of a layout that orders may name, as a fleet manager knows them.
+/// Returns the places of a layout that orders may name, as a fleet manager knows them. Its robots
+/// aren't known: orders may be for any robot types.
 pub fn places(graph: &RouteGraph) -> Places {
-    Places::of(&regatta_engine::engine::world(graph).view(0, 0))
+    Places::of(&regatta_engine::engine::world(graph).view(0, 0)).without_robot_types()
 }

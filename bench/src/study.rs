@@ -129,15 +129,11 @@ fn measure(
     }
     let secs = started.elapsed().as_secs_f64();
     let bytes = fs::read(folder.join("study.json"))?;
-    let mut walls = Vec::new();
-    for entry in fs::read_dir(folder.join("results"))? {
-        let outcome: Value = serde_json::from_slice(&fs::read(entry?.path())?)?;
-        walls.extend(outcome["wall_secs"].as_f64());
-    }
+    let times = regatta_study::store::times(folder);
     Ok(Measured {
         secs,
-        runs: walls.len(),
-        run_secs: walls.iter().sum(),
+        runs: times.len(),
+        run_secs: times.values().sum(),
         answer: serde_json::from_slice(&bytes)?,
         bytes,
     })

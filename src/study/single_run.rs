@@ -8,7 +8,6 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use std::time::Instant;
 
 use clap::{Args, Parser};
 use regatta_meter::Figures;
@@ -140,18 +139,12 @@ struct JobRun<'a> {
     job: &'a Job,
     run: LockstepRun,
     termination: Termination,
-    started: Instant,
 }
 
 impl<'a> JobRun<'a> {
     fn start(job: &'a Job, layout: &str, record: Option<&Path>) -> Result<Self, Failure> {
         let termination = Termination::watch().map_err(plugin_failure)?;
-        let mut run = Self {
-            job,
-            run: LockstepRun::new("study", Program::this()?)?,
-            termination,
-            started: Instant::now(),
-        };
+        let mut run = Self { job, run: LockstepRun::new("study", Program::this()?)?, termination };
         let scenario = run.write_scenario(layout)?;
         let members: Vec<_> =
             [MANAGER, OBSERVERS].into_iter().chain(record.map(|_| RECORDER)).collect();
@@ -260,7 +253,6 @@ impl<'a> JobRun<'a> {
                 serde_json::from_value(self.json(TRAFFIC)?)?,
                 serde_json::from_value(self.json(QUEUES)?)?,
             ),
-            self.started,
         )
     }
 }
@@ -287,13 +279,11 @@ fn outcome(
     figures: Figures,
     judged: Judged,
     edges: Vec<EdgeOutcome>,
-    started: Instant,
 ) -> Result<Outcome, Failure> {
     if figures.samples_missed > 0 {
         let missed = figures.samples_missed;
         return Err(format!("{missed} samples of the order log were lost; run it again").into());
     }
-    let wall_secs = started.elapsed().as_secs_f64();
     let Judged { findings, examples, stalls } = judged;
     Ok(Outcome {
         job: job.id(),
@@ -304,7 +294,6 @@ fn outcome(
         stalls,
         edges,
         ending: job.ending,
-        wall_secs,
     })
 }
 
@@ -340,7 +329,7 @@ fn run_in_process(
     layout: &str,
     record: Option<&Path>,
 ) -> Result<Outcome, Failure> {
-    let (started, termination) = (Instant::now(), Termination::watch().map_err(plugin_failure)?);
+    let termination = Termination::watch().map_err(plugin_failure)?;
     let folder =
         tempfile::tempdir().map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
     let path = write_scenario(job, layout, folder.path())?;
@@ -374,6 +363,5 @@ fn run_in_process(
         meter,
         Judged::new(job, validator, &last)?,
         edges(traffic, queues),
-        started,
     )
 }

@@ -261,7 +261,10 @@ impl<'a> Conductor<'a> {
             reports.push(report);
         });
         // Also those that ended before an interrupt.
-        for Report { id, failure } in reports {
+        for Report { id, failure, wall_secs } in reports {
+            if let (None, Some(secs)) = (&failure, wall_secs) {
+                self.store.note_time(&id, secs);
+            }
             let Some(wanting) = by_id.get(&id) else { continue };
             let Some(first) = wanting.first() else { continue };
             let result =
@@ -270,6 +273,7 @@ impl<'a> Conductor<'a> {
                 experiments[wanted.experiment].known.insert(wanted.run, result.clone());
             }
         }
+        self.store.settle()?;
         Ok(done?)
     }
 

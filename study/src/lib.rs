@@ -4,7 +4,7 @@
 //! machine. The [`store`] keeps them, with a [`seal`] on each result. The [`sweep`] selects the next
 //! jobs by the outcomes so far, and [`conduct`] drives it. The [`answer`] summarises the outcomes by
 //! [`statistics`], [`bottleneck`]s and [`relief`]s, with the [`certificate`] of the layout, and the
-//! [`page`] shows it.
+//! [`page`] shows it, in the [`words`] that each figure's interval allows.
 //!
 //! Masters of VDA 5050 work in real time: [`master`] has the studies of those.
 //!
@@ -25,4 +25,5 @@ pub mod seal;
 pub mod statistics;
 pub mod store;
 pub mod sweep;
+pub mod words;
 pub mod workers;

@@ -41,8 +41,6 @@ pub struct Outcome {
     /// The end of what it measures.
     #[serde(default)]
     pub ending: Ending,
-    /// The duration of the run on the machine where it ran, in seconds.
-    pub wall_secs: f64,
 }
 
 /// An edge of a run.

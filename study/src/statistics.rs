@@ -59,6 +59,18 @@ impl Interval {
         Self { half_width: wider.or(self.half_width), ..self }
     }
 
+    /// Returns the interval as that of a single value if half of its width is at most this one: it
+    /// would be written as 0.
+    #[must_use]
+    pub fn without_spread_up_to(self, least: f64) -> Self {
+        Self { half_width: self.half_width.filter(|half_width| *half_width > least), ..self }
+    }
+
+    /// Whether half of the interval's width is less than its mean, so that the mean is an answer.
+    pub fn is_known(&self) -> bool {
+        self.half_width.is_some_and(|half_width| half_width < self.mean)
+    }
+
     /// Whether half of the interval's width is at most a part of the mean's absolute value. A single
     /// value has no interval.
     pub fn is_within(&self, part: f64) -> bool {

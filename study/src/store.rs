@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! study.sqlite          a row per finished run, for other programs: it is written, and never read
+//! times.csv             the wall-clock time of each run: all other files are the same each time
 //! files/HASH.yaml       layouts, by the hashes of their content
 //! jobs/ID.json          the job of a run
 //! results/ID.json       its outcome, with a seal
@@ -16,7 +17,9 @@
 //! result counts only with the [seal](crate::seal) of this user; any other is removed, told as a
 //! doubt, and its run is done again.
 
+mod database;
 mod folder;
+mod times;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -25,21 +28,15 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use regatta_base::file;
-use rusqlite::{Connection, params};
+use tempfile::NamedTempFile;
 
+use self::database::Row;
 pub use self::folder::{Unsafe, check_folder};
+pub use self::times::{Times, times};
 use crate::job::{Job, JobId, layout_name};
 use crate::outcome::{EdgeOutcome, Measured, Outcome};
 use crate::seal::Key;
 
-const TABLES: &str = "
-CREATE TABLE runs (
-    id TEXT PRIMARY KEY, variant TEXT NOT NULL, robots INTEGER NOT NULL, seed INTEGER NOT NULL, command TEXT NOT NULL,
-    digest TEXT NOT NULL, orders_per_hour REAL NOT NULL, wall_secs REAL NOT NULL, measured TEXT NOT NULL
-) STRICT;
-PRAGMA user_version = 4;
-";
-const DATABASE: &str = "study.sqlite";
 const RESULTS: &str = "results";
 /// The size of the largest file that is compared or read: a result lists all orders of a run.
 const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -97,7 +94,9 @@ pub struct Label<'a> {
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
-    database: Connection,
+    /// The rows of the database.
+    rows: RefCell<BTreeMap<JobId, Row>>,
+    times: RefCell<Times>,
     key: Key,
     accepted: Accepted,
     /// The files that weren't used as they were, one line each.
@@ -115,25 +114,25 @@ impl Store {
             fs::create_dir_all(&path).map_err(|reason| StoreError::Write { path, reason })?;
         }
         check_folder(folder)?;
-        let path = folder.join(DATABASE);
-        for ending in ["", "-journal", "-wal", "-shm"] {
-            let path = folder.join(format!("{DATABASE}{ending}"));
-            match fs::remove_file(&path) {
-                Err(reason) if reason.kind() != ErrorKind::NotFound => {
-                    return Err(StoreError::Write { path, reason });
-                }
-                _ => {}
-            }
-        }
-        let database = Connection::open(&path).and_then(|database| {
-            // It can be made again from the results.
-            database.pragma_update(None, "synchronous", "OFF")?;
-            database.execute_batch(TABLES)?;
-            Ok(database)
-        });
-        let database = database.map_err(|reason| StoreError::Database { path, reason })?;
-        let (folder, doubts) = (folder.to_owned(), RefCell::default());
-        Ok(Self { folder, database, key, accepted, doubts })
+        let (rows, doubts) = (RefCell::default(), RefCell::default());
+        let (folder, times) = (folder.to_owned(), RefCell::new(times(folder)));
+        let store = Self { folder, rows, times, key, accepted, doubts };
+        store.settle()?;
+        Ok(store)
+    }
+
+    /// Writes the database of the runs that are known so far, and their times.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn settle(&self) -> Result<(), StoreError> {
+        database::write(&self.folder, &self.rows.borrow())?;
+        times::write(&self.folder, &self.times.borrow())
+    }
+
+    /// Notes the wall-clock time of a run in seconds.
+    pub fn note_time(&self, id: &JobId, secs: f64) {
+        self.times.borrow_mut().insert(id.to_string(), secs);
     }
 
     /// Takes the files that weren't used as they were: lines for the user.
@@ -189,7 +188,7 @@ impl Store {
         write_whole(path, text.as_bytes())
     }
 
-    /// Returns the figures of a run that was done before, and keeps them in the database; `None` if
+    /// Returns the figures of a run that was done before, and keeps them for the database; `None` if
     /// it has no result. A doubtful one is removed.
     ///
     /// # Errors
@@ -207,7 +206,7 @@ impl Store {
             }
         };
         self.keep_seal(&outcome, seal)?;
-        self.keep_figures(id, label, &outcome).map(Some)
+        Ok(Some(self.keep_figures(id, label, &outcome)))
     }
 
     /// Takes the result that a worker of this study has just written, seals it, and returns its
@@ -222,35 +221,13 @@ impl Store {
     ) -> Result<Option<Measured>, StoreError> {
         let Ok((outcome, seal)) = self.read_result(id, Accepted::Any) else { return Ok(None) };
         self.keep_seal(&outcome, seal)?;
-        self.keep_figures(id, label, &outcome).map(Some)
+        Ok(Some(self.keep_figures(id, label, &outcome)))
     }
 
-    fn keep_figures(
-        &self,
-        id: &JobId,
-        label: &Label<'_>,
-        outcome: &Outcome,
-    ) -> Result<Measured, StoreError> {
+    fn keep_figures(&self, id: &JobId, label: &Label<'_>, outcome: &Outcome) -> Measured {
         let measured = outcome.measured();
-        let text = serde_json::to_string(&measured).unwrap_or_default();
-        let Label { variant, robots, seed, command } = label;
-        self.database
-            .execute(
-                "INSERT OR REPLACE INTO runs VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
-                params![
-                    id.as_str(),
-                    variant,
-                    robots,
-                    *seed as i64,
-                    command,
-                    measured.digest,
-                    measured.orders_per_hour,
-                    measured.wall_secs,
-                    text
-                ],
-            )
-            .map_err(|reason| self.failed(reason))?;
-        Ok(measured)
+        self.rows.borrow_mut().insert(id.clone(), Row::new(label, measured.clone()));
+        measured
     }
 
     /// Returns the outcomes of some finished runs.
@@ -313,10 +290,6 @@ impl Store {
     fn doubt(&self, path: &Path, reason: &str) {
         self.doubts.borrow_mut().push(format!("{}: {reason}", path.display()));
     }
-
-    fn failed(&self, reason: rusqlite::Error) -> StoreError {
-        StoreError::Database { path: self.folder.join(DATABASE), reason }
-    }
 }
 
 /// Whether a result has this user's seal.
@@ -341,15 +314,19 @@ enum Doubt {
     OfAnotherJob,
 }
 
+/// Makes a file without a lasting name, which other users may read, as any new file.
+fn new_file(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
 /// Writes a file that appears under its name only when it is complete, also after a crash of the
 /// system.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // Other users may read it, as any new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let written = builder.tempfile_in(folder).and_then(|mut file| {
+    let written = new_file(folder).and_then(|mut file| {
         file.write_all(bytes)?;
         file.as_file().sync_all()?;
         Ok(file.persist(path)?)

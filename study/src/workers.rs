@@ -32,6 +32,9 @@ pub struct Report {
     pub id: JobId,
     /// The reason why there is no result.
     pub failure: Option<RunFailure>,
+    /// The wall-clock time from the start of the worker's process to its end, in seconds, where it
+    /// is known.
+    pub wall_secs: Option<f64>,
 }
 
 /// The reason why a run has no result.

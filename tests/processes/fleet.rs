@@ -28,6 +28,19 @@ pub fn regatta() -> Command {
     command
 }
 
+/// Returns Python if it has the packages that a script needs, separated by commas. If they are
+/// missing, the test is skipped, unless the variable `REGATTA_PYTHON_TESTS` requires them.
+pub fn python_with(packages: &str) -> Option<Command> {
+    let mut probe = Command::new("python3");
+    let probe = probe.args(["-c", &format!("import {packages}")]);
+    let found = probe.output().is_ok_and(|out| out.status.success());
+    assert!(
+        found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(),
+        "python3 lacks packages that the tests need: {packages}"
+    );
+    found.then(|| Command::new("python3"))
+}
+
 /// Builds an example crate as its user would, and returns its program.
 pub fn build_example(name: &str) -> PathBuf {
     // One folder for all examples: their dependencies are built once.

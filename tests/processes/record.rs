@@ -14,7 +14,7 @@ use regatta_record::{ReadingError, Recording, Topic};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
+use crate::fleet::{Fleet, Process, eventually, graphs, python_with, regatta, root, unique};
 use crate::readers::costs_no_late_tick;
 
 /// Starts a recorder with the name by which lockstep identifies it.
@@ -90,24 +90,9 @@ fn every_frame_is_recorded_bit_for_bit() {
     }
 }
 
-/// Returns Python if it has the packages that the script needs. If they are missing, the test is
-/// skipped, unless the variable `REGATTA_PYTHON_TESTS` requires them.
-fn python() -> Option<Command> {
-    let mut probe = Command::new("python3");
-    let found = probe
-        .args(["-c", "import mcap, mcap_protobuf, xxhash"])
-        .output()
-        .is_ok_and(|out| out.status.success());
-    assert!(
-        found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(),
-        "python3 lacks packages that the tests need"
-    );
-    found.then(|| Command::new("python3"))
-}
-
 #[test]
 fn other_programs_read_a_recording() {
-    let Some(mut python) = python() else { return };
+    let Some(mut python) = python_with("mcap, mcap_protobuf, xxhash") else { return };
     let folder = TempDir::new().expect("a folder");
     let golden = record("record-python", "thirty.yaml", 1000, &file(&folder), &[]);
     let script = root().join("plugins/record/tests/read_recording.py");

@@ -130,6 +130,11 @@ fn uniform_services_agree_with_pollaczek_and_khinchine() {
 }
 
 #[test]
+fn several_operators_agree_with_theory_for_any_services() {
+    check_station(2, &uniform());
+}
+
+#[test]
 fn batches_agree_with_the_formula_for_a_single_server() {
     const BATCH: f64 = 3.0;
     let folder = tempfile::tempdir().expect("a folder");

@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::fleet::regatta;
 
 /// Studies a scenario with a number of robots, and returns its answer.
-fn study(
+pub(crate) fn study(
     folder: &Path,
     name: &str,
     layout: &str,
@@ -51,7 +51,7 @@ fn study(
 }
 
 /// Returns the mean and half of the 95 % interval of a figure at the only point.
-fn figure(answer: &Value, name: &str) -> (f64, f64) {
+pub(crate) fn figure(answer: &Value, name: &str) -> (f64, f64) {
     let interval = &answer["variants"][0]["points"][0][name];
     (
         interval["mean"].as_f64().expect("a mean"),

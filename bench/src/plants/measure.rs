@@ -177,11 +177,14 @@ impl Ended {
 fn read(folder: &Path) -> Result<Vec<Run>, Failure> {
     let mut runs = Vec::new();
     let Ok(results) = fs::read_dir(folder.join("results")) else { return Ok(runs) };
+    let times = regatta_study::store::times(folder);
     for entry in results {
         let result = entry?.path();
         let job = folder.join("jobs").join(result.file_name().unwrap_or_default());
         let job: Job = serde_json::from_slice(&fs::read(job)?)?;
-        runs.push(figures(&job, &serde_json::from_slice(&fs::read(&result)?)?)?);
+        let outcome: Outcome = serde_json::from_slice(&fs::read(&result)?)?;
+        let wall_secs = times.get(outcome.job.as_str()).copied().unwrap_or_default();
+        runs.push(Run { wall_secs, ..figures(&job, &outcome)? });
     }
     runs.sort_by(|a, b| (&a.planner, a.robots, a.seed).cmp(&(&b.planner, b.robots, b.seed)));
     Ok(runs)
@@ -202,7 +205,7 @@ fn figures(job: &Job, outcome: &Outcome) -> Result<Run, Failure> {
         failed_orders: measured.failed_orders,
         open_orders: outcome.figures.open,
         longest_gap_secs: longest_gap(outcome),
-        wall_secs: outcome.wall_secs,
+        wall_secs: 0.0,
     })
 }
 
@@ -266,7 +269,7 @@ mod tests {
             .map(|at_secs| json!({"at_secs": at_secs, "service_secs": 5.0, "stops": 2}))
             .collect();
         json!({
-            "job": "0a", "digest": "d", "edges": [], "wall_secs": 0.5,
+            "job": "0a", "digest": "d", "edges": [],
             "findings": {"contact": 2, "idle": 1},
             "stalls": [],
             "figures": {
@@ -288,6 +291,7 @@ mod tests {
         write(folder.path(), "jobs", &job(&["--planner", "pibt", "--in-turn"]));
         let every_ten: Vec<f64> = (1..=60).map(|index| f64::from(index) * 10.0).collect();
         write(folder.path(), "results", &result(&every_ten));
+        fs::write(folder.path().join("times.csv"), "job,wall_secs\n0a,0.5\n").expect("written");
         let expected = Run {
             planner: "pibt".to_owned(),
             robots: 4,

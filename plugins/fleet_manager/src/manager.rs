@@ -55,6 +55,8 @@ pub struct Manager {
     /// By robot.
     progress: Vec<Progress>,
     present: Vec<u32>,
+    /// The type of each robot, as an index of the world's robot types.
+    robot_types: Vec<u32>,
     candidates: Vec<Candidate>,
     /// The numbers of closure changes and of robots when unroutable orders were last checked.
     checked: (u64, usize),
@@ -87,6 +89,7 @@ impl Manager {
             facilities: Facilities::default(),
             progress: Vec::new(),
             present: Vec::new(),
+            robot_types: Vec::new(),
             candidates: Vec::new(),
             checked: (0, 0),
             traps: BTreeSet::new(),
@@ -187,14 +190,17 @@ impl Manager {
             self.lose(robot as u32);
         }
         self.progress.resize(columns.state.len(), Progress::Free);
+        self.robot_types.resize(columns.state.len(), 0);
         for robot in 0..columns.state.len() {
             let state = RobotState::from_number(columns.state[robot]);
             if state == RobotState::Absent {
                 self.lose(robot as u32);
                 continue;
             }
+            let robot_type = robot_types.get(robot).map_or(0, |index| *index as u32);
+            self.robot_types[robot] = robot_type;
             let seen = Seen {
-                robot_type: robot_types.get(robot).map_or(0, |index| *index as usize),
+                robot_type: robot_type as usize,
                 edge: (columns.edge[robot] != NO_EDGE).then_some(columns.edge[robot]),
                 s: columns.s[robot],
                 speed: columns.speed[robot].abs(),
@@ -326,7 +332,8 @@ impl Manager {
                 && !self.steering.is_cut_off(node)
             {
                 let position = self.steering.roads().position(node);
-                self.candidates.push(Candidate { robot, position });
+                let robot_type = self.robot_types[robot as usize];
+                self.candidates.push(Candidate { robot, robot_type, position });
             }
         }
     }

@@ -85,7 +85,7 @@ fn seconds_left(due_secs: f64) -> f32 {
 fn obstacle(reason: Unroutable) -> Obstacle {
     match reason {
         Unroutable::ClosedEdges => Obstacle::ClosedEdges,
-        Unroutable::NoRobot => Obstacle::NoRobot,
+        Unroutable::NoRobot | Unroutable::NoType => Obstacle::NoRobot,
         Unroutable::Battery => Obstacle::Battery,
         Unroutable::NoWay | Unroutable::NoWayOn => Obstacle::NoWay,
     }

@@ -52,7 +52,7 @@ impl LiveLoad {
         self.pool.generate_until(secs, self.vehicles);
         let first = self.robots.values().max().map_or(0, |robot| robot + 1);
         let robots = (first..).take(self.pool.waiting_orders().count());
-        let robots = robots.map(|robot| Candidate { robot, position: Default::default() });
+        let robots = robots.map(|robot| Candidate { robot, ..Candidate::default() });
         let changes = self.pool.assign(secs, &robots.collect::<Vec<_>>(), &|_, _| Some(0.0));
         let mut arrivals = Vec::new();
         for (id, robot) in changes.assigned {

@@ -152,9 +152,7 @@ fn counts(curve: &Curve) -> Vec<bool> {
     for (point, index) in curve.points.iter().zip(0..) {
         let is_done = point.runs.iter().all(|run| run.end != RunEnd::Overdue);
         let orders = point.counted_throughput();
-        let is_known = orders.is_some_and(|orders| {
-            orders.half_width.is_some_and(|half_width| half_width < orders.mean)
-        });
+        let is_known = orders.is_some_and(|orders| orders.is_known());
         counts.push(index < stalled && is_done && is_known);
     }
     counts

@@ -127,10 +127,7 @@ impl TargetAnswer {
             target: target.to_string(),
             name: target.name(),
             value,
-            words: value.map_or_else(
-                || "no figure".to_owned(),
-                |value| target.in_words(value.mean, value.half_width),
-            ),
+            words: value.map_or_else(|| "no figure".to_owned(), |value| target.in_words(&value)),
             margin: value.map(|value| target.margin(value.mean)),
             standing: standing(target, point),
         }

@@ -89,8 +89,6 @@ pub struct Measured {
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
     pub open_orders: u64,
-    /// The duration of the run, in seconds.
-    pub wall_secs: f64,
 }
 
 /// The validator's name for a contact.
@@ -144,7 +142,6 @@ impl Outcome {
             finished_orders: finished.len() as u64,
             failed_orders: *failed,
             open_orders: *open,
-            wall_secs: self.wall_secs,
         }
     }
 
@@ -323,7 +320,6 @@ mod tests {
             stalls: Vec::new(),
             edges: Vec::new(),
             ending: Ending::AtTime,
-            wall_secs: 1.5,
         }
     }
 

@@ -5,6 +5,8 @@ use std::ops::Range;
 use plotters::prelude::*;
 
 use super::hint::{Hint, add_hints, value};
+use crate::statistics::Interval;
+use crate::words::{self, Kind};
 
 /// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is
 /// hard to see on white.
@@ -36,6 +38,8 @@ pub struct Chart<'a> {
     pub series: Vec<Series>,
     /// The number of robots at the knee, which gets a line.
     pub knee: Option<f64>,
+    /// The largest value that is possible, if there is one; the least is 0.
+    pub most: Option<f64>,
 }
 
 /// A line with error bars.
@@ -57,6 +61,13 @@ pub struct ChartPoint {
     pub half_width: f64,
     /// Whether it isn't a figure of traffic: it gets a cross, and no line leads to it.
     pub is_stalled: bool,
+}
+
+impl ChartPoint {
+    /// Returns the ends of its error bar.
+    fn ends(&self, most: Option<f64>) -> [f64; 2] {
+        words::ends(self.mean, self.half_width, most)
+    }
 }
 
 /// Returns the chart as SVG.
@@ -90,7 +101,7 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
     let xs = range(points.iter().map(|point| point.robots));
     // No label between two numbers of robots.
     let x_labels = MOST_LABELS.min(xs.end as usize + 1);
-    let ys = range(points.iter().map(|point| point.mean + point.half_width));
+    let ys = range(points.iter().map(|point| point.ends(chart.most)[1]));
     let mut area = ChartBuilder::on(&root)
         .margin(12)
         .x_label_area_size(44)
@@ -121,8 +132,8 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         let crosses = stalled.iter().map(|point| (point.robots, point.mean));
         area.draw_series(crosses.map(|point| Cross::new(point, 6, colour.stroke_width(2))))?;
         let bars = moving.iter().filter(|point| point.half_width > 0.0);
-        area.draw_series(bars.map(|&&ChartPoint { robots: x, mean, half_width, .. }| {
-            let ends = [(x, mean - half_width), (x, mean + half_width)];
+        area.draw_series(bars.map(|point| {
+            let ends = point.ends(chart.most).map(|end| (point.robots, end));
             PathElement::new(ends, colour.stroke_width(2))
         }))?;
         hints.extend(series.points.iter().map(|point| {
@@ -136,14 +147,16 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
 
 /// The text of a point under the pointer.
 fn in_words(chart: &Chart<'_>, series: &Series, point: &ChartPoint) -> String {
-    let ChartPoint { robots, mean, half_width, .. } = point;
+    let ChartPoint { robots, mean, half_width, .. } = *point;
     let name =
         if series.name.is_empty() { String::new() } else { format!("{}, ", series.name.trim()) };
-    let spread = match *half_width > 0.0 {
-        true => format!(" ± {}", value(*half_width)),
-        false => String::new(),
-    };
-    format!("{robots} {}: {name}{}{spread} {}", chart.x, value(*mean), chart.y)
+    let spread = Some(half_width).filter(|half_width| *half_width > 0.0);
+    // Shares are parts of the largest value.
+    let (kind, scale) = chart.most.map_or((Kind::Bounded, 1.0), |most| (Kind::Share, most));
+    let interval =
+        Interval { mean: mean / scale, half_width: spread.map(|half| half / scale), values: 1 };
+    let text = words::in_words(&interval, kind, "", |part| value(part * scale));
+    format!("{robots} {}: {name}{text} {}", chart.x, chart.y)
 }
 
 /// Returns the places of names in the legend, line by line; none if there is nothing to tell apart.
@@ -198,7 +211,9 @@ mod tests {
             })
             .to_vec();
         let one = Series { name: "a".to_owned(), points };
-        let svg = chart(&Chart { x: "robots", y: "orders", series: vec![one], knee: Some(2.0) });
+        let whole =
+            Chart { x: "robots", y: "orders", series: vec![one], knee: Some(2.0), most: None };
+        let svg = chart(&whole);
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3);
         assert!(svg.contains("robots") && svg.contains("orders"), "{svg}");
@@ -211,7 +226,7 @@ mod tests {
                 && places.iter().all(|(x, _)| *x < 700),
             "{places:?}"
         );
-        let empty = chart(&Chart { x: "robots", y: "orders", series: Vec::new(), knee: None });
+        let empty = chart(&Chart { series: Vec::new(), ..whole });
         assert!(empty.trim_end().ends_with("</svg>"));
     }
 }

@@ -109,7 +109,7 @@ fn throughput_chart(answer: &Answer) -> String {
     for variant in &answer.variants {
         lines.push(series(name(variant), variant, |point| point.orders_per_hour));
     }
-    chart_over_robots(answer, "orders an hour", lines)
+    chart_over_robots(answer, "orders an hour", lines, None)
 }
 
 fn service_chart(answer: &Answer) -> String {
@@ -119,7 +119,7 @@ fn service_chart(answer: &Answer) -> String {
         lines.push(series(format!("{name}p50"), variant, |point| point.service_p50_secs));
         lines.push(series(format!("{name}p99"), variant, |point| point.service_p99_secs));
     }
-    chart_over_robots(answer, "seconds from an order's creation to its end", lines)
+    chart_over_robots(answer, "seconds from an order's creation to its end", lines, None)
 }
 
 /// A figure of a point.
@@ -144,13 +144,14 @@ fn effort_chart(answer: &Answer) -> String {
         }
     }
     lines.retain(|line| !line.points.is_empty());
-    chart_over_robots(answer, "per cent", lines)
+    chart_over_robots(answer, "per cent", lines, Some(100.0))
 }
 
-/// Returns a chart with a mark at the first variant's answer.
-fn chart_over_robots(answer: &Answer, y: &str, series: Vec<Series>) -> String {
+/// Returns a chart with a mark at the first variant's answer. `most` is the largest value that is
+/// possible.
+fn chart_over_robots(answer: &Answer, y: &str, series: Vec<Series>, most: Option<f64>) -> String {
     let robots = answer.variants.first().and_then(VariantAnswer::robots);
-    chart(&Chart { x: "robots", y, series, knee: robots.map(f64::from) })
+    chart(&Chart { x: "robots", y, series, knee: robots.map(f64::from), most })
 }
 
 fn series(name: String, variant: &VariantAnswer, figure: Figure) -> Series {

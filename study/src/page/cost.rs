@@ -8,6 +8,7 @@ use super::{Block, Picture};
 use crate::answer::{Answer, CostAnswer, CostFigure, Missing, PointCost, VariantAnswer};
 use crate::plan::{Prices, robots_in_words};
 use crate::statistics::Interval;
+use crate::words::{Kind, in_words};
 
 /// Returns what the answer says about cost, for each variant, and about the cheapest of several.
 pub(super) fn findings(answer: &Answer) -> Vec<Block> {
@@ -165,7 +166,7 @@ fn order_picture(answer: &Answer, prices: &Prices) -> Option<Block> {
     let knee = answer.variants.first().and_then(VariantAnswer::robots).map(f64::from);
     let caption = "Cost of an order over robots".to_owned();
     let is_empty = series.is_empty();
-    let svg = chart(&Chart { x: "robots", y: &y, series, knee });
+    let svg = chart(&Chart { x: "robots", y: &y, series, knee, most: None });
     (!is_empty).then_some(Block::Picture(Picture { name: "cost-order", caption, svg }))
 }
 
@@ -253,6 +254,11 @@ fn given(prices: &Prices) -> Block {
     Block::Table(rows)
 }
 
+/// The amount from which on amounts are written without decimals.
+const LEAST_WHOLE: f64 = 1000.0;
+/// The largest half of an interval that two decimals don't show.
+const LEAST_SPREAD: f64 = 0.005;
+
 /// An amount: whole from 1000 on, with commas, or else with two decimals.
 fn money(amount: f64) -> String {
     if amount.abs() < 999.995 {
@@ -269,16 +275,14 @@ fn money(amount: f64) -> String {
     text
 }
 
-/// A mean with half of its interval, if there is a spread.
+/// A mean with its interval, if there is a spread.
 fn with_interval(interval: &Interval) -> String {
-    let mean = money(interval.mean);
-    match interval.half_width.filter(|half_width| *half_width >= 0.005) {
-        Some(half_width) if interval.mean >= 1000.0 => {
-            format!("{mean} ± {}", money(half_width.round()).trim_end_matches(".00"))
-        }
-        Some(half_width) => format!("{mean} ± {half_width:.2}"),
-        None => mean,
-    }
+    let is_whole = interval.mean >= LEAST_WHOLE;
+    let interval = interval.without_spread_up_to(LEAST_SPREAD);
+    in_words(&interval, Kind::Estimate, "", |amount| match is_whole {
+        true => money(amount.round()).trim_end_matches(".00").to_owned(),
+        false => money(amount),
+    })
 }
 
 #[cfg(test)]
@@ -295,5 +299,6 @@ mod tests {
         assert_eq!(interval(1.434, 0.021), "1.43 ± 0.02");
         assert_eq!(interval(412_345.0, 0.0), "412,345");
         assert_eq!(interval(412_345.0, 20.4), "412,345 ± 20");
+        assert_eq!(interval(1.43, 2.0), "not known (0.00 to 3.43)");
     }
 }

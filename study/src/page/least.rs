@@ -7,6 +7,7 @@ use crate::answer::{
 };
 use crate::plan::robots_in_words;
 use crate::sweep::least::Standing;
+use crate::words::NOT_KNOWN;
 
 /// The parts of the robots' time from which on waiting, and being busy, are the reason for late
 /// orders.
@@ -102,6 +103,9 @@ fn against(answer: &TargetAnswer) -> Option<String> {
     let TargetAnswer { target, name, words, standing, margin, .. } = answer;
     match standing {
         Standing::Met => None,
+        Standing::Open if words == NOT_KNOWN => {
+            Some(format!("{name} isn't known, and '{target}' may be missed"))
+        }
         Standing::Open => Some(format!("{name} is {words}, too near to '{target}' to be sure")),
         // The figure isn't the reason if it is within the limit.
         Standing::Missed if margin.is_some_and(|margin| margin > 0.0) => None,
@@ -249,5 +253,15 @@ mod tests {
         let text = missed(&stalled, false, false);
         assert!(text.starts_with("robots made no progress in 2 of 3 runs"), "{text}");
         assert!(!text.contains("p99 service"), "{text}");
+    }
+
+    #[test]
+    fn a_share_that_may_be_any_is_not_known() {
+        let mut open = binding(0.02, None);
+        open.targets[0].target = "late < 2 %".to_owned();
+        open.targets[0].name = "late".to_owned();
+        open.targets[0].words = NOT_KNOWN.to_owned();
+        open.targets[0].standing = Standing::Open;
+        assert_eq!(missed(&open, false, false), "late isn't known, and 'late < 2 %' may be missed");
     }
 }

@@ -12,6 +12,7 @@ use crate::master::{Breach, MasterAnswer, MasterPoint, MasterRun, Verdict, Wait}
 use crate::outcome::EdgeOutcome;
 use crate::plan::Variant;
 use crate::statistics::Interval;
+use crate::words::{Kind, in_words};
 
 use self::verdict::{caveats, faults_in_words, verdict};
 
@@ -81,7 +82,8 @@ fn charts(answer: &MasterAnswer) -> Vec<Block> {
     for (name, caption, y, series) in charts {
         if series.iter().any(|line| !line.points.is_empty()) {
             let knee = answer.copes.map(f64::from);
-            blocks.push(picture(name, caption, &chart(&Chart { x: "vehicles", y, series, knee })));
+            let svg = chart(&Chart { x: "vehicles", y, series, knee, most: None });
+            blocks.push(picture(name, caption, &svg));
         }
     }
     blocks
@@ -130,32 +132,30 @@ fn row(answer: &MasterAnswer, point: &MasterPoint) -> Vec<String> {
         Verdict::Fails => "no",
         Verdict::Unknown => "not known",
     };
-    let secs = |figure: Figure| text(point.interval(figure), |mean| format!("{mean:.1} s"));
-    let own = |figure: Figure| text(point.interval(figure), |mean| format!("{mean:.2} s"));
+    let secs = |figure: Figure| text(point.interval(figure), Kind::Estimate, " s", 1);
+    let own = |figure: Figure| text(point.interval(figure), Kind::Estimate, " s", 2);
     vec![
         if answer.copes == Some(point.vehicles) { format!("**{vehicles}**") } else { vehicles },
         copes.to_owned(),
-        text(point.interval(|run| Some(run.orders_per_hour)), |mean| format!("{mean:.0}")),
+        text(point.interval(|run| Some(run.orders_per_hour)), Kind::Estimate, "", 0),
         secs(|run| Some(run.service.as_ref()?.p50_secs)),
         secs(|run| Some(run.service.as_ref()?.p99_secs)),
         own(|run| Some(run.response?.p50_secs)),
         own(|run| Some(run.response?.p99_secs)),
         point.sum(|run| run.response.map_or(0, |times| times.count as u64)).to_string(),
         point.sum(|run| run.late).to_string(),
-        text(point.interval(|run| Some(run.waiting)), |mean| format!("{:.0} %", mean * 100.0)),
+        text(point.interval(|run| Some(run.waiting)), Kind::Share, " %", 0),
         secs(|run| Some(run.idle?.p50_secs)),
         point.sum(|run| run.contacts).to_string(),
         point.runs.len().to_string(),
     ]
 }
 
-/// A mean with half of its interval.
-fn text(interval: Option<Interval>, format: impl Fn(f64) -> String) -> String {
-    let Some(Interval { mean, half_width, .. }) = interval else { return NONE.to_owned() };
-    match half_width {
-        Some(half_width) => format!("{} ± {}", format(mean), format(half_width)),
-        None => format(mean),
-    }
+/// A mean of the runs of a point with its interval, in a unit.
+fn text(interval: Option<Interval>, kind: Kind, unit: &str, decimals: usize) -> String {
+    let Some(interval) = interval else { return NONE.to_owned() };
+    let factor = if kind == Kind::Share { 100.0 } else { 1.0 };
+    in_words(&interval, kind, unit, |value| format!("{:.decimals$}", value * factor))
 }
 
 /// The reasons of all points that fail, one paragraph each.

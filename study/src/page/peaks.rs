@@ -5,8 +5,11 @@ use super::timeline::{Line, Timeline, clock, timeline};
 use super::{Block, Picture};
 use crate::answer::{Answer, BacklogAnswer, HourAnswer, PeaksAnswer, Spread};
 use crate::plan::{DayClock, robots_in_words};
+use crate::words::{Kind, in_words};
 
 const HOUR_SECS: f64 = 3600.0;
+/// The largest half of an interval that whole seconds don't show.
+const LEAST_SPREAD_SECS: f64 = 0.5;
 
 /// Returns what the answer says about the hours of the day and its backlog.
 pub(super) fn finding(answer: &Answer, of: &str) -> Option<Block> {
@@ -184,21 +187,16 @@ fn name(day: Option<DayClock>, hour: usize) -> String {
     format!("{} to {}{zone}{of_run}", clock(begin), clock(begin + 1.0))
 }
 
-/// A count over the seeds, with half of its interval.
+/// A count over the seeds, with its interval.
 fn count(spread: &Spread) -> String {
-    let mean = spread.interval.mean;
     let decimals = if spread.least == spread.most { 0 } else { 1 };
-    match spread.interval.half_width.filter(|half_width| *half_width > 0.0) {
-        Some(half_width) => format!("{mean:.decimals$} ± {half_width:.1}"),
-        None => format!("{mean:.decimals$}"),
-    }
+    let interval = spread.interval.without_spread_up_to(0.0);
+    in_words(&interval, Kind::Bounded, "", |count| format!("{count:.decimals$}"))
 }
 
 fn secs(spread: &Spread) -> String {
-    match spread.interval.half_width.filter(|half_width| *half_width >= 0.5) {
-        Some(half_width) => format!("{:.0} ± {half_width:.0} s", spread.interval.mean),
-        None => format!("{:.0} s", spread.interval.mean),
-    }
+    let interval = spread.interval.without_spread_up_to(LEAST_SPREAD_SECS);
+    in_words(&interval, Kind::Estimate, " s", |secs| format!("{secs:.0}"))
 }
 
 fn minutes(spread: &Spread) -> String {

@@ -102,7 +102,9 @@ fn figure(reliefs: &Reliefs, value: f64) -> String {
     match reliefs.measure {
         Measure::Throughput => format!("{value:.0}"),
         Measure::Service => format!("{value:.0} s"),
-        Measure::Target(target) => target.in_words(value, None),
+        Measure::Target(target) => {
+            target.in_words(&Interval { mean: value, half_width: None, values: 1 })
+        }
     }
 }
 

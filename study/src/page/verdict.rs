@@ -6,6 +6,7 @@ use crate::answer::{Answer, KneeAnswer, NoRoom, PointAnswer, RunAnswer, VariantA
 use crate::outcome::{Stall, StallKind};
 use crate::plan::robots_in_words;
 use crate::statistics::Interval;
+use crate::words::{Kind, NOT_KNOWN, in_words};
 
 /// The least orders of a busy robot in a run for a throughput: with fewer, those that are under
 /// way at the beginning and at the end count too much.
@@ -142,7 +143,7 @@ fn unknown(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
     if let Some(reason) = point.and_then(too_few_orders) {
         return Some(reason);
     }
-    if is_known(orders_per_hour) {
+    if orders_per_hour.is_known() {
         return None;
     }
     let count = robots_in_words(*robots);
@@ -151,7 +152,7 @@ fn unknown(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
         1 => "one seed".to_owned(),
         seeds => format!("{seeds} seeds"),
     };
-    let some = with_interval(orders_per_hour);
+    let some = orders_an_hour(orders_per_hour, Kind::Bounded);
     let without_room = variant.no_room.iter().find(|no_room| no_room.robots == *robots);
     Some(match without_room {
         Some(NoRoom { reason, .. }) => format!(
@@ -190,7 +191,7 @@ fn with_fewer_orders(point: &PointAnswer) -> Option<String> {
     let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
     let waits = format!("robots wait in traffic {waiting:.0} % of their time");
     let some = orders_in_words(point)?;
-    Some(match is_known(&orders) || (orders.mean == 0.0 && !has_too_few(point)) {
+    Some(match orders.is_known() || (orders.mean == 0.0 && !has_too_few(point)) {
         true => format!(" With {count}, it is less: {some} orders an hour; {waits}."),
         false => format!(" With {count}, the orders an hour are {some}; {waits}."),
     })
@@ -331,7 +332,7 @@ fn number(variant: &VariantAnswer, robots: u32, rule: String) -> Option<Vec<Stri
 /// Returns the throughput of a number of robots, if it is known.
 fn known_orders(variant: &VariantAnswer, robots: u32) -> Option<Interval> {
     let point = variant.points.iter().find(|point| point.robots == robots)?;
-    point.orders_per_hour.filter(is_known)
+    point.orders_per_hour.filter(Interval::is_known)
 }
 
 /// Whether more robots than those of the knee carry clearly less.
@@ -371,11 +372,6 @@ fn limited(count: &str, throughput: &str, reason: &str, untried: Option<String>)
     }
 }
 
-/// Whether half of an interval's width is less than its value.
-fn is_known(interval: &Interval) -> bool {
-    interval.half_width.is_some_and(|half_width| half_width < interval.mean)
-}
-
 /// The least number of robots that stalled in a run.
 fn least_stalled(variant: &VariantAnswer) -> Option<&PointAnswer> {
     variant.points.iter().find(|point| point.stalled().next().is_some())
@@ -385,15 +381,15 @@ fn least_stalled(variant: &VariantAnswer) -> Option<&PointAnswer> {
 /// known; `None` if there is none.
 pub(super) fn orders_in_words(point: &PointAnswer) -> Option<String> {
     let interval = point.orders_per_hour?;
-    let value = with_interval(&interval);
     if has_too_few(point) {
-        return Some("not known".to_owned());
+        return Some(NOT_KNOWN.to_owned());
     }
-    // A fleet that carries nothing in every run carries nothing.
-    match is_known(&interval) || interval.relative() == Some(0.0) {
-        true => Some(value),
-        false => Some(format!("not known ({value})")),
-    }
+    let value = with_interval(&interval);
+    // A single run doesn't tell how far others are from it.
+    Some(match interval.half_width {
+        Some(_) => value,
+        None => format!("{NOT_KNOWN} ({value})"),
+    })
 }
 
 /// Whether all orders that a number of robots finished were finished in the warm-ups, so that its
@@ -403,14 +399,14 @@ pub(super) fn has_too_few(point: &PointAnswer) -> bool {
     is_zero && point.finished_orders > 0
 }
 
-/// Returns a mean with half of its interval.
+/// Returns a throughput with half of its interval, if it is known.
 fn with_interval(interval: &Interval) -> String {
-    let Interval { mean, half_width, .. } = interval;
-    let decimals = if *mean < 100.0 { 1 } else { 0 };
-    match half_width {
-        Some(half_width) => format!("{mean:.decimals$} ± {half_width:.decimals$}"),
-        None => format!("{mean:.decimals$}"),
-    }
+    orders_an_hour(interval, Kind::Estimate)
+}
+
+fn orders_an_hour(interval: &Interval, kind: Kind) -> String {
+    let decimals = if interval.mean < 100.0 { 1 } else { 0 };
+    in_words(interval, kind, "", |value| format!("{value:.decimals$}"))
 }
 
 #[cfg(test)]

@@ -5,6 +5,9 @@ use std::str::FromStr;
 
 use serde::Deserialize;
 
+use crate::statistics::Interval;
+use crate::words::{self, Kind};
+
 /// A figure of a run that a target is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TargetFigure {
@@ -127,21 +130,22 @@ impl Target {
         }
     }
 
-    /// Returns a value of the figure in words, with half of its interval in the same unit if it has
-    /// a spread.
-    pub fn in_words(&self, value: f64, half_width: Option<f64>) -> String {
+    /// Returns a value of the figure in words, with its interval in the same unit if it has a
+    /// spread: [`words::in_words`].
+    pub fn in_words(&self, value: &Interval) -> String {
         let (factor, decimals, unit) = match self.figure {
-            TargetFigure::Service(_) if value >= 600.0 => (1.0 / 60.0, 1, "min"),
-            TargetFigure::Service(_) => (1.0, 0, "s"),
-            TargetFigure::Late => (100.0, 2, "%"),
-            TargetFigure::Waiting | TargetFigure::Utilisation => (100.0, 1, "%"),
-            TargetFigure::Throughput => (1.0, 1, "orders an hour"),
+            TargetFigure::Service(_) if value.mean >= 600.0 => (1.0 / 60.0, 1, " min"),
+            TargetFigure::Service(_) => (1.0, 0, " s"),
+            TargetFigure::Late => (100.0, 2, " %"),
+            TargetFigure::Waiting | TargetFigure::Utilisation => (100.0, 1, " %"),
+            TargetFigure::Throughput => (1.0, 1, " orders an hour"),
         };
-        let value = value * factor;
-        match half_width.filter(|half_width| *half_width > 0.0).map(|half| half * factor) {
-            Some(half) => format!("{value:.decimals$} ± {half:.decimals$} {unit}"),
-            None => format!("{value:.decimals$} {unit}"),
-        }
+        let kind = match self.figure {
+            TargetFigure::Service(_) | TargetFigure::Throughput => Kind::Bounded,
+            TargetFigure::Late | TargetFigure::Waiting | TargetFigure::Utilisation => Kind::Share,
+        };
+        let value = value.without_spread_up_to(0.0);
+        words::in_words(&value, kind, unit, |value| format!("{:.decimals$}", value * factor))
     }
 
     /// The name of the figure.
@@ -303,10 +307,15 @@ mod tests {
 
     #[test]
     fn a_value_and_its_interval_have_one_unit() {
-        let service = target("p99 service < 15min");
-        assert_eq!(service.in_words(654.0, Some(190.0)), "10.9 ± 3.2 min");
-        assert_eq!(service.in_words(307.0, Some(30.0)), "307 ± 30 s");
-        assert_eq!(target("late < 1%").in_words(0.0, Some(0.0)), "0.00 %");
+        let words = |text, mean, half_width| {
+            target(text).in_words(&Interval { mean, half_width: Some(half_width), values: 3 })
+        };
+        assert_eq!(words("p99 service < 15min", 654.0, 190.0), "10.9 ± 3.2 min");
+        assert_eq!(words("p99 service < 15min", 307.0, 30.0), "307 ± 30 s");
+        assert_eq!(words("p99 service < 15min", 654.0, 720.0), "0.0 to 22.9 min");
+        assert_eq!(words("late < 1%", 0.0, 0.0), "0.00 %");
+        assert_eq!(words("late < 1%", 0.1117, 0.2023), "0.00 to 31.40 %");
+        assert_eq!(words("waiting < 20%", 0.62, 1.34), "not known");
     }
 
     #[test]

@@ -1,3 +1,6 @@
+use rusqlite::Connection;
+
+use super::database::DATABASE;
 use super::*;
 use crate::job::{Ending, Manager};
 
@@ -22,7 +25,6 @@ fn outcome(id: &JobId) -> Outcome {
         stalls: Vec::new(),
         edges: vec![EdgeOutcome { waiting_secs: 2.5, ..EdgeOutcome::new(7) }],
         ending: Ending::AtTime,
-        wall_secs: 1.25,
     }
 }
 
@@ -47,10 +49,10 @@ fn a_result_of_a_worker_is_sealed_and_found_again() {
     let measured = again.finished(&id, &LABEL).expect("a database").expect("a result");
     assert_eq!(measured, outcome(&id).measured());
     assert_eq!(again.edges(std::slice::from_ref(&id)), outcome(&id).edges);
-    let rows: i64 = again
-        .database
-        .query_row("SELECT count(*) FROM runs", [], |row| row.get(0))
-        .expect("a count");
+    again.settle().expect("written");
+    let database = Connection::open(folder.path().join(DATABASE)).expect("a database");
+    let rows: i64 =
+        database.query_row("SELECT count(*) FROM runs", [], |row| row.get(0)).expect("a count");
     assert_eq!((rows, again.take_doubts()), (1, Vec::new()));
 }
 

@@ -24,7 +24,6 @@ pub(crate) fn measured(orders_per_hour: f64) -> Measured {
         finished_orders: orders_per_hour as u64,
         failed_orders: 0,
         open_orders: 0,
-        wall_secs: 1.0,
     }
 }
 

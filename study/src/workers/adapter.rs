@@ -46,7 +46,8 @@ struct Ended {
 impl From<Ended> for Report {
     fn from(Ended { id, failure, no_room }: Ended) -> Self {
         let failure = failure.map(RunFailure::Failed);
-        Self { id, failure: no_room.map(RunFailure::NoRoom).or(failure) }
+        let failure = no_room.map(RunFailure::NoRoom).or(failure);
+        Self { id, failure, wall_secs: None }
     }
 }
 

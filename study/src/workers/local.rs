@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::{NO_ROOM, Report, RunFailure, Task, UNWRITABLE, Workers, WorkersError};
 
@@ -23,6 +23,7 @@ pub struct Local {
 struct Running<'a> {
     task: &'a Task,
     child: Child,
+    started: Instant,
 }
 
 impl Local {
@@ -44,7 +45,7 @@ impl Local {
 
     fn start<'a>(&self, task: &'a Task) -> Result<Running<'a>, WorkersError> {
         match self.command(task).spawn() {
-            Ok(child) => Ok(Running { task, child }),
+            Ok(child) => Ok(Running { task, child, started: Instant::now() }),
             Err(reason) => {
                 Err(WorkersError::Start { program: self.program.display().to_string(), reason })
             }
@@ -57,8 +58,9 @@ impl Running<'_> {
     fn report(&mut self) -> Option<Result<Report, WorkersError>> {
         let status = self.child.try_wait().ok()??;
         let id = self.task.id.clone();
+        let wall_secs = Some(self.started.elapsed().as_secs_f64());
         if status.success() {
-            return Some(Ok(Report { id, failure: None }));
+            return Some(Ok(Report { id, failure: None, wall_secs }));
         }
         let mut text = String::new();
         if let Some(mut stderr) = self.child.stderr.take() {
@@ -71,9 +73,9 @@ impl Running<'_> {
         Some(match status.code() {
             Some(code) if code == i32::from(UNWRITABLE) => Err(WorkersError::Output(line)),
             Some(code) if code == i32::from(NO_ROOM) => {
-                Ok(Report { id, failure: Some(RunFailure::NoRoom(line)) })
+                Ok(Report { id, failure: Some(RunFailure::NoRoom(line)), wall_secs })
             }
-            _ => Ok(Report { id, failure: Some(RunFailure::Failed(line)) }),
+            _ => Ok(Report { id, failure: Some(RunFailure::Failed(line)), wall_secs }),
         })
     }
 }

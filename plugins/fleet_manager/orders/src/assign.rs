@@ -24,11 +24,16 @@ pub struct OpenOrder {
     pub robot: Option<u32>,
 }
 
+/// The robot types that may get an order, by order. Any robot may get an order that isn't here.
+pub type Limits = BTreeMap<OrderId, Vec<u32>>;
+
 /// A robot that may get an order.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Candidate {
     /// The robot's id.
     pub robot: u32,
+    /// Its type, as an index of the world's robot types.
+    pub robot_type: u32,
     /// Metres east and north of the world's origin.
     pub position: Vec2,
 }
@@ -42,6 +47,8 @@ pub struct Problem<'call> {
     pub orders: &'call [OpenOrder],
     /// The robots.
     pub robots: &'call [Candidate],
+    /// The robot types of orders that not any robot may get.
+    pub limits: &'call Limits,
     /// Returns the driving time of a robot to a node, in seconds; `None` if it can't drive there.
     pub driving_secs: &'call dyn Fn(u32, u32) -> Option<f64>,
 }
@@ -51,13 +58,21 @@ impl Problem<'_> {
     fn has(&self, robot: u32) -> bool {
         self.robots.binary_search_by_key(&robot, |candidate| candidate.robot).is_ok()
     }
+
+    /// Whether a robot of the problem may get an order, by its type.
+    pub fn may_get(&self, id: OrderId, robot: u32) -> bool {
+        let Some(types) = self.limits.get(&id) else { return true };
+        let found = self.robots.binary_search_by_key(&robot, |candidate| candidate.robot);
+        found.is_ok_and(|index| types.contains(&self.robots[index].robot_type))
+    }
 }
 
 /// Decides which robot gets which order. A user's own is any type with this trait.
 pub trait Assigner: Send {
     /// Returns pairs of an order and a robot of the problem. An order that has a robot, and isn't
     /// in a pair with it, is taken from it. Pairs that name an order or a robot for a second time,
-    /// or that the problem doesn't have, are ignored.
+    /// or that the problem doesn't have, are ignored, and so are those of an order and a robot that
+    /// [may not get it](Problem::may_get).
     ///
     /// The same calls must have the same results, or runs in lockstep differ.
     fn assign(&mut self, problem: &Problem) -> Vec<(OrderId, u32)>;
@@ -102,8 +117,10 @@ impl Assigner for InTurn {
         let mut free: VecDeque<u32> = robots.filter(|robot| !busy.contains(robot)).collect();
         let mut pairs = kept;
         for order in problem.orders.iter().filter(|order| order.robot.is_none()) {
-            let able =
-                free.iter().position(|robot| (problem.driving_secs)(*robot, order.node).is_some());
+            let able = free.iter().position(|robot| {
+                problem.may_get(order.id, *robot)
+                    && (problem.driving_secs)(*robot, order.node).is_some()
+            });
             let Some(first) = able else { continue };
             pairs.extend(free.remove(first).map(|robot| (order.id, robot)));
             if free.is_empty() {
@@ -127,7 +144,7 @@ impl Assigner for Nearest {
             return Vec::new();
         }
         let count = self.exact_up_to.max(2 * robots).min((MAX_PAIRS / robots).max(1));
-        let (orders, mut pairs) = most_urgent(problem.orders, count);
+        let (orders, mut pairs) = most_urgent(problem, count);
         let keeping: BTreeSet<_> = pairs.iter().map(|(_, robot)| *robot).collect();
         let others: Vec<_> = problem
             .robots
@@ -148,16 +165,28 @@ impl Assigner for Nearest {
 }
 
 /// Returns the most urgent orders, those without a robot first. Other orders with a robot keep it.
-fn most_urgent(orders: &[OpenOrder], count: usize) -> (Vec<OpenOrder>, Vec<(OrderId, u32)>) {
-    let mut orders = orders.to_vec();
-    if orders.len() <= count {
-        return (orders, Vec::new());
+/// Orders for some robot types are chosen apart from others, which would hide them from a robot
+/// that may get no others.
+fn most_urgent(problem: &Problem, count: usize) -> (Vec<OpenOrder>, Vec<(OrderId, u32)>) {
+    if problem.orders.len() <= count {
+        return (problem.orders.to_vec(), Vec::new());
     }
-    // Only the most urgent ones need to be in order: there may be thousands of others.
-    orders.select_nth_unstable_by(count - 1, by_urgency);
-    let rest = orders.split_off(count);
-    orders.sort_unstable_by(by_urgency);
-    (orders, rest.iter().filter_map(|order| Some((order.id, order.robot?))).collect())
+    let mut groups: BTreeMap<Option<&Vec<u32>>, Vec<OpenOrder>> = BTreeMap::new();
+    for order in problem.orders {
+        groups.entry(problem.limits.get(&order.id)).or_default().push(*order);
+    }
+    let (mut chosen, mut kept) = (Vec::new(), Vec::new());
+    for mut orders in groups.into_values() {
+        if orders.len() > count {
+            // Only the most urgent ones need to be in order: there may be thousands of others.
+            orders.select_nth_unstable_by(count - 1, by_urgency);
+            let rest = orders.split_off(count);
+            orders.sort_unstable_by(by_urgency);
+            kept.extend(rest.iter().filter_map(|order| Some((order.id, order.robot?))));
+        }
+        chosen.extend(orders);
+    }
+    (chosen, kept)
 }
 
 /// Compares orders by whether a robot has them, then by descending urgency, then by number.
@@ -167,8 +196,12 @@ fn by_urgency(a: &OpenOrder, b: &OpenOrder) -> Ordering {
 }
 
 impl Nearest {
-    /// Returns the cost of a pair in milliseconds; `None` if the robot can't drive there.
+    /// Returns the cost of a pair in milliseconds; `None` if the robot can't drive there, or may not
+    /// get the order.
     fn cost(&self, problem: &Problem, order: &OpenOrder, robot: u32) -> Option<i64> {
+        if !problem.may_get(order.id, robot) {
+            return None;
+        }
         let driving = (problem.driving_secs)(robot, order.node).filter(|secs| secs.is_finite())?;
         let kept = if order.robot == Some(robot) { self.hysteresis_secs } else { 0.0 };
         let millis = ((driving - order.urgency_secs - kept) * 1e3).round() as i64;
@@ -219,8 +252,10 @@ impl Nearest {
     /// Returns the robots that are nearest as the crow flies, and the one that has the order.
     fn near(&self, problem: &Problem, order: &OpenOrder) -> Vec<u32> {
         let mut robots = Vec::with_capacity(problem.robots.len());
-        for Candidate { robot, position } in problem.robots {
-            robots.push((position.distance_squared(order.position), *robot));
+        for Candidate { robot, position, .. } in problem.robots {
+            if problem.may_get(order.id, *robot) {
+                robots.push((position.distance_squared(order.position), *robot));
+            }
         }
         let count = self.nearest_robots.min(robots.len());
         if count > 0 && count < robots.len() {
@@ -239,8 +274,9 @@ impl Nearest {
 pub(super) fn allowed(problem: &Problem, pairs: Vec<(OrderId, u32)>) -> BTreeMap<OrderId, u32> {
     let (mut allowed, mut busy) = (BTreeMap::new(), BTreeSet::new());
     for (id, robot) in pairs {
-        let is_known =
-            problem.orders.binary_search_by_key(&id, |open| open.id).is_ok() && problem.has(robot);
+        let is_known = problem.orders.binary_search_by_key(&id, |open| open.id).is_ok()
+            && problem.has(robot)
+            && problem.may_get(id, robot);
         if is_known && !allowed.contains_key(&id) && busy.insert(robot) {
             allowed.insert(id, robot);
         }

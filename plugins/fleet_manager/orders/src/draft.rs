@@ -40,6 +40,10 @@ pub struct OrderDraft {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "http", schema(schema_with = schema::robot, required = false))]
     pub intended_vehicle: Option<Label>,
+    /// The names of the robot types that may get it; any may if absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "http", schema(required = false))]
+    pub robot_types: Vec<String>,
 }
 
 /// A stop as a user writes it.
@@ -130,6 +134,12 @@ pub enum DraftError {
     /// `intendedVehicle` isn't the id of a robot.
     #[error("`intendedVehicle` is `{}`, and must be the id of a robot", .0.escape_debug())]
     Robot(String),
+    /// There is no such robot type.
+    #[error(transparent)]
+    RobotType(PlaceError),
+    /// It is for one robot, and for robot types.
+    #[error("it is for a robot and for robot types: give one of the two")]
+    RobotAndTypes,
     /// A time that is not a number of seconds.
     #[error("`{field}` is {value}, and must be 0 to 1000000000 seconds")]
     Secs {
@@ -171,6 +181,7 @@ impl OrderDraft {
         let earliest_secs = secs("earliestStart", self.earliest_start.unwrap_or(0.0))?;
         let deadline_secs = self.deadline.map(|deadline| secs("deadline", deadline)).transpose()?;
         let intended_robot = self.intended_vehicle.as_ref().map(Label::robot).transpose()?;
+        let robot_types = self.robot_types(places)?;
         match deadline_secs {
             Some(deadline) if deadline < earliest_secs => {
                 Err(DraftError::Deadline { deadline, earliest: earliest_secs })
@@ -182,7 +193,15 @@ impl OrderDraft {
                 earliest_secs,
                 deadline_secs,
                 intended_robot,
+                robot_types,
             }),
+        }
+    }
+
+    fn robot_types(&self, places: &Places) -> Result<Vec<u32>, DraftError> {
+        match &self.intended_vehicle {
+            Some(_) if !self.robot_types.is_empty() => Err(DraftError::RobotAndTypes),
+            _ => places.robot_types(&self.robot_types).map_err(DraftError::RobotType),
         }
     }
 }
@@ -243,7 +262,24 @@ mod tests {
         let nodes: Vec<_> = order.stops.iter().map(|stop| stop.node).collect();
         assert_eq!((nodes, order.name.as_str()), (vec![0, 1, 2], "made"));
         assert_eq!((order.stops[0].action, order.stops[0].dwell_secs), (Action::Pick, 2.0));
-        assert_eq!(order.intended_robot, None);
+        assert_eq!((order.intended_robot, order.robot_types), (None, Vec::new()));
+    }
+
+    #[test]
+    fn an_order_may_be_for_robot_types() {
+        let types = ["amr", "forklift", "tugger"].map(str::to_owned).to_vec();
+        let places = places().with_robot_types(types);
+        let check = |names: &str| {
+            let json =
+                format!(r#"{{"destinations": [{{"locationName": "A"}}], "robotTypes": {names}}}"#);
+            let draft: OrderDraft = serde_json::from_str(&json).expect("a draft");
+            draft.check(&places, || OrderName::parse("made").expect("a name"))
+        };
+        let order = check(r#"["tugger", "forklift", "tugger"]"#).expect("an order");
+        assert_eq!(order.robot_types, [1, 2]);
+        assert_eq!(places.robot_type_names(&order.robot_types), ["forklift", "tugger"]);
+        let error = check(r#"["lift"]"#).expect_err("unknown").to_string();
+        assert_eq!(error, "no robot type has the name `lift`; there are: amr, forklift, tugger");
     }
 
     #[test]
@@ -292,6 +328,10 @@ mod tests {
             (
                 r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": "x"}"#,
                 "`intendedVehicle` is `x`",
+            ),
+            (
+                r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": 1, "robotTypes": ["a"]}"#,
+                "give one of the two",
             ),
             (r#"{"destinations": [{"locationName": "A"}], "name": ""}"#, "1 to 128"),
             (r#"{"destinations": [{"locationName": "A"}], "name": "sent:1"}"#, "generated"),

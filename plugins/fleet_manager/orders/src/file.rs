@@ -2,11 +2,12 @@
 //!
 //! YAML is a list (or a map with the list `orders`) of `{name: …, time: 12.5, priority: 3,
 //! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
-//! must be there, and a stop without action and dwell time may be a name alone.
+//! must be there, and a stop without action and dwell time may be a name alone. `robot: 7` or
+//! `robot_types: [forklift]` are the robots that may get it.
 //!
 //! CSV has a line of headers, in any case and order, from which the meanings of columns are guessed
-//! ([`columns`]). Our own files have `name,time,priority,earliest,deadline,stops`, of which only
-//! `stops` must be there, separated by spaces; each is `place`, `place:action` or
+//! ([`columns`]). Our own files have `name,time,priority,earliest,deadline,stops,robot,robottypes`,
+//! of which only `stops` must be there, separated by spaces; each is `place`, `place:action` or
 //! `place:action:dwell`; `%20`, `%3A` and `%25` in names are a space, a colon and a per cent sign. Other
 //! files have `from` and `to`. Times are in seconds of simulated time, or as [`clock`] reads them.
 //!
@@ -126,6 +127,7 @@ pub fn to_csv(orders: &[TimedDraft]) -> String {
             secs_or_none(draft.deadline),
             stops.join(" "),
             draft.intended_vehicle.as_ref().map(Label::to_string).unwrap_or_default(),
+            draft.robot_types.join(","),
         ]);
     }
     String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
@@ -165,8 +167,7 @@ pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
 }
 
 fn yaml_order(order: &Node) -> Result<TimedDraft, yaml::Error> {
-    let fields =
-        order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
+    let fields = order.fields(&FIELDS)?;
     let stops = fields.required("stops")?.list()?;
     let draft = OrderDraft {
         name: fields.optional("name", Node::text)?.map(Cow::into_owned),
@@ -177,9 +178,16 @@ fn yaml_order(order: &Node) -> Result<TimedDraft, yaml::Error> {
         intended_vehicle: fields
             .optional("robot", Node::text)?
             .map(|name| Label::Name(name.into_owned())),
+        robot_types: fields.optional("robot_types", texts)?.unwrap_or_default(),
     };
     let secs = fields.optional("time", yaml_secs)?.unwrap_or(0.0);
     Ok(TimedDraft { line: order.line, secs, draft })
+}
+
+/// Reads a text, or a list of them.
+pub(super) fn texts(value: &Node) -> Result<Vec<String>, yaml::Error> {
+    let Ok(list) = value.list() else { return Ok(vec![value.text()?.into_owned()]) };
+    list.iter().map(|item| item.text().map(Cow::into_owned)).collect()
 }
 
 fn yaml_stop(stop: &Node) -> Result<StopDraft, yaml::Error> {
@@ -214,7 +222,11 @@ pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
 }
 
 /// The headers of our own CSV files.
-const HEADERS: [&str; 7] = ["name", "time", "priority", "earliest", "deadline", "stops", "robot"];
+const HEADERS: [&str; 8] =
+    ["name", "time", "priority", "earliest", "deadline", "stops", "robot", "robottypes"];
+/// The fields of an order in YAML.
+const FIELDS: [&str; 8] =
+    ["name", "time", "priority", "earliest", "deadline", "stops", "robot", "robot_types"];
 
 fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
     let secs = text.parse().ok().filter(|secs: &f64| secs.is_finite() && *secs >= 0.0);
@@ -250,11 +262,13 @@ mod tests {
     #[test]
     fn orders_are_the_same_after_csv() {
         let yaml = "- {name: 'a,b', time: 2.5, priority: 3, earliest: 3, deadline: 60, robot: 4, \
-                    stops: [{at: 'Dock 1: 100%', action: pick, dwell: 5}, B]}\n- stops: [7]\n";
+                    stops: [{at: 'Dock 1: 100%', action: pick, dwell: 5}, B]}\n\
+                    - {stops: [7], robot_types: [tow truck, lift]}\n";
         let orders = parse_yaml(yaml).expect("orders");
         let again = parse_csv(&to_csv(&orders)).expect("orders");
         assert_eq!((&again[0].draft, again[0].secs), (&orders[0].draft, 2.5));
         assert_eq!(again[1].draft.name.as_deref(), Some("line-2"));
+        assert_eq!(again[1].draft.robot_types, ["tow truck", "lift"]);
     }
 
     #[test]

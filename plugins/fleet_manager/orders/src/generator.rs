@@ -64,6 +64,7 @@ impl Generator {
             priority: 0,
             dwell: Dwell::default(),
             deadline_secs: None,
+            robot_types: Vec::new(),
         };
         Self::new(settings, seed, 1, 0)
     }
@@ -147,6 +148,11 @@ impl Generator {
         self.settings.stops.nodes()
     }
 
+    /// The robot types that may get its orders; any may if empty.
+    pub(super) fn robot_types(&self) -> &[u32] {
+        &self.settings.robot_types
+    }
+
     /// Returns the number of an order of this generator, of this run.
     pub(super) fn number_of(&self, name: &str) -> Option<u64> {
         let prefix = OrderName::generated(&self.settings.name, 0, self.run);
@@ -175,6 +181,7 @@ impl Generator {
             priority: self.settings.priority,
             earliest_secs: secs,
             intended_robot: None,
+            robot_types: self.settings.robot_types.clone(),
             deadline_secs: self.settings.deadline_secs.map(|deadline| secs + deadline),
         }
     }

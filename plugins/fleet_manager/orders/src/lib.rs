@@ -27,7 +27,11 @@
 //! orders.add_load(&Load::parse("load: {per_hour: 600, seed: 7}", &places)?);
 //!
 //! let driving_secs = |robot: u32, node: u32| Some(f64::from(robot.abs_diff(node)));
-//! let robots = [0, 3].map(|x| Candidate { robot: x / 3, position: Vec2::X * x as f32 });
+//! let robots = [0, 3].map(|x| Candidate {
+//!     robot: x / 3,
+//!     position: Vec2::X * x as f32,
+//!     ..Candidate::default()
+//! });
 //! for tick in 0..600 {
 //!     let now = f64::from(tick);
 //!     orders.generate_until(now, robots.len());
@@ -92,7 +96,7 @@ pub use absent::store;
 #[cfg(not(feature = "http"))]
 pub use absent::web;
 
-pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
+pub use assign::{Assigner, Candidate, InTurn, Limits, Nearest, OpenOrder, Problem};
 #[cfg(feature = "http")]
 pub use client::{Client, ClientError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};

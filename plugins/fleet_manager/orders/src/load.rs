@@ -18,6 +18,7 @@
 //!       # gaps: {min: 20, max: 40}   # or the seconds between arrivals, a distribution
 //!       batch: {min: 1, max: 4}      # orders that come at the same time; or a number; 1 if absent
 //!       priority: 5                  # 0 to 255, 0 if absent
+//!       robot_types: [forklift]      # for robots of these types; or one name; any if absent
 //!       dwell: {min: 5, max: 15}     # seconds at each stop, a distribution; 0 if absent
 //!       deadline: 900                # seconds after its creation; none if absent
 //!     - endless: robots              # as many open orders as there are robots, or a number
@@ -48,7 +49,7 @@ pub(super) use self::groups::Groups;
 pub(super) use self::stops::Flow;
 pub(super) use self::stops::{Stops, Transport};
 use super::dwell::Dwell;
-use super::file::{FileError, text_of};
+use super::file::{FileError, text_of, texts};
 use super::places::Places;
 use super::stations::{self, StationSettings};
 use super::timetable::Timetable;
@@ -75,10 +76,12 @@ pub(super) struct GeneratorSettings {
     pub(super) priority: u8,
     pub(super) dwell: Dwell,
     pub(super) deadline_secs: Option<f64>,
+    /// The robot types that may get the orders; any may if empty.
+    pub(super) robot_types: Vec<u32>,
 }
 
 const LOAD_FIELDS: [&str; 4] = ["seed", "groups", "generators", "stations"];
-const GENERATOR_FIELDS: [&str; 19] = [
+const GENERATOR_FIELDS: [&str; 20] = [
     "name",
     "from",
     "to",
@@ -89,6 +92,7 @@ const GENERATOR_FIELDS: [&str; 19] = [
     "gaps",
     "batch",
     "priority",
+    "robot_types",
     "dwell",
     "deadline",
     "endless",
@@ -175,7 +179,20 @@ fn generator(
             .optional("dwell", |value| Dwell::read(value, groups.places))?
             .unwrap_or_default(),
         deadline_secs: fields.optional("deadline", Node::non_negative)?,
+        robot_types: robot_types(fields, groups.places)?,
     })
+}
+
+/// Reads the robot types of a generator, if it names some.
+pub(super) fn robot_types(
+    fields: &Fields<'_, '_>,
+    places: &Places,
+) -> Result<Vec<u32>, yaml::Error> {
+    let types = fields.optional("robot_types", |value| {
+        let found = places.robot_types(&texts(value)?);
+        found.map_err(|error| value.error(error.to_string()))
+    })?;
+    Ok(types.unwrap_or_default())
 }
 
 fn generator_name(value: &Node) -> Result<String, yaml::Error> {

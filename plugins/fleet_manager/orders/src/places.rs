@@ -1,4 +1,4 @@
-//! The places that orders may name: the nodes of the world, by id, name, role and zone.
+//! What orders may name: the nodes of the world, by id, name, role and zone, and its robot types.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -40,6 +40,14 @@ pub enum PlaceError {
     /// Several places have the name.
     #[error("several nodes have the name `{0}`; give the id of one")]
     Ambiguous(String),
+    /// No robot type has the name.
+    #[error("no robot type has the name `{}`; there are: {known}", name.escape_debug())]
+    UnknownRobotType {
+        /// The name.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
 }
 
 /// The table of all places. A node is an index in it and in the world's nodes.
@@ -50,6 +58,8 @@ pub struct Places {
     /// The names that several places have.
     repeated: BTreeSet<String>,
     by_id: BTreeMap<u32, u32>,
+    /// The names of the robot types, in the order of the world; `None` if they aren't known.
+    robot_types: Option<Vec<String>>,
 }
 
 impl Places {
@@ -70,7 +80,44 @@ impl Places {
         for other in world.other_names() {
             table.add_name(world.text(other.name), other.node);
         }
-        table
+        let types = world.robot_types().iter().map(|record| record.name().to_owned());
+        table.with_robot_types(types.collect())
+    }
+
+    /// Returns the table with the names of robot types, in the order of the world.
+    #[must_use]
+    pub fn with_robot_types(self, names: Vec<String>) -> Self {
+        Self { robot_types: Some(names), ..self }
+    }
+
+    /// Returns the table without robot types, as for a layout whose robots aren't known yet: orders
+    /// may name any type, and are for any robot.
+    #[must_use]
+    pub fn without_robot_types(self) -> Self {
+        Self { robot_types: None, ..self }
+    }
+
+    /// Returns the indices of robot types in ascending order, each once.
+    ///
+    /// # Errors
+    /// [`PlaceError::UnknownRobotType`] for the first name that none has.
+    pub fn robot_types(&self, names: &[String]) -> Result<Vec<u32>, PlaceError> {
+        let Some(known) = &self.robot_types else { return Ok(Vec::new()) };
+        let mut types = BTreeSet::new();
+        for name in names {
+            let Some(index) = (0..).zip(known).find(|(_, known)| *known == name.trim()) else {
+                let (name, known) = (name.clone(), known.join(", "));
+                return Err(PlaceError::UnknownRobotType { name, known });
+            };
+            types.insert(index.0);
+        }
+        Ok(types.into_iter().collect())
+    }
+
+    /// Returns the names of robot types by their indices.
+    pub fn robot_type_names(&self, types: &[u32]) -> Vec<String> {
+        let known = self.robot_types.as_deref().unwrap_or_default();
+        types.iter().filter_map(|index| known.get(*index as usize).cloned()).collect()
     }
 
     /// Gives a node another name, unless it is the name or the id of a node. Of several nodes with

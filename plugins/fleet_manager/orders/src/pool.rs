@@ -63,6 +63,8 @@ pub struct OrderPool {
     /// Orders of files that are to come, the last one first.
     timetable: Vec<(f64, NewOrder)>,
     sources: Vec<Source>,
+    /// The number of robots of each type; empty as long as nobody has told it.
+    fleet: Vec<usize>,
     stations: Stations,
     /// The source of each open order that a generator made, as an index.
     made_by: BTreeMap<OrderId, usize>,
@@ -381,3 +383,6 @@ impl OrderPool {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod type_tests;

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rusqlite::types::FromSql;
-use rusqlite::{Connection, ErrorCode, OptionalExtension as _, Row, params};
-use serde::{Deserialize, Serialize};
+use rusqlite::{Connection, ErrorCode, OptionalExtension as _, params};
 
-use super::order::{Action, NewOrder, Order, OrderId, OrderName, State, Stop};
+use self::row::order_of;
+use super::order::OrderName;
 use super::places::Places;
 use super::pool::{Known, Restored};
 
@@ -25,14 +25,17 @@ pub(super) use writer::Writer;
 
 #[cfg(feature = "http")]
 mod archive;
+mod row;
 mod writer;
 
 /// `RGTA`: distinguishes stores from the databases of other programs.
 const APPLICATION_ID: i32 = 0x5247_5441;
 /// The version of the tables.
-const VERSION: i32 = 2;
+const VERSION: i32 = 3;
 /// From version 1 to 2.
 const INTENDED_ROBOT: &str = "ALTER TABLE transport_order ADD COLUMN intended_robot INTEGER;";
+/// From version 2 to 3: JSON, the names of robot types; null for any.
+const ROBOT_TYPES: &str = "ALTER TABLE transport_order ADD COLUMN robot_types TEXT;";
 /// From no tables to version 1.
 const SCHEMA: &str = "
     CREATE TABLE transport_order (
@@ -168,7 +171,7 @@ impl OrderStore {
         let (mut orders, mut unplaced) = (Vec::new(), 0);
         let mut statement = transaction.prepare(
             "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, \
-             stops, history, intended_robot
+             stops, history, intended_robot, robot_types
              FROM transport_order WHERE state NOT IN ('finished', 'failed', 'cancelled')
              ORDER BY rowid",
         )?;
@@ -287,10 +290,11 @@ fn migrate(connection: &Connection) -> rusqlite::Result<()> {
     if version == VERSION {
         return Ok(());
     }
-    let schema = if version == 0 { SCHEMA } else { "" };
+    let steps = [SCHEMA, INTENDED_ROBOT, ROBOT_TYPES];
+    let missing = steps.get(version.max(0) as usize..).unwrap_or_default().concat();
     connection.execute_batch(&format!(
         "BEGIN IMMEDIATE; PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {VERSION};
-         {schema} {INTENDED_ROBOT} COMMIT;"
+         {missing} COMMIT;"
     ))
 }
 
@@ -301,93 +305,6 @@ fn sqlite_error(path: &Path, error: &rusqlite::Error) -> StoreError {
         Some(ErrorCode::NotADatabase) => StoreError::Foreign(path),
         Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => StoreError::InUse(path),
         _ => StoreError::Io { path, reason: error.to_string() },
-    }
-}
-
-/// A stop in the column `stops`.
-#[derive(Serialize, Deserialize)]
-struct StopRow {
-    node: u32,
-    action: Action,
-    dwell: f64,
-}
-
-impl StopRow {
-    fn new(stop: &Stop, places: &Places) -> Self {
-        Self { node: places.place(stop.node).id, action: stop.action, dwell: stop.dwell_secs }
-    }
-
-    /// Returns the stop; `None` if the world doesn't have its node, or its time is none.
-    fn stop(&self, places: &Places) -> Option<Stop> {
-        let node = places.with_id(self.node)?;
-        let is_time = self.dwell.is_finite() && self.dwell >= 0.0;
-        is_time.then_some(Stop { node, action: self.action, dwell_secs: self.dwell })
-    }
-}
-
-fn stop_rows(stops: &[Stop], places: &Places) -> String {
-    let rows: Vec<_> = stops.iter().map(|stop| StopRow::new(stop, places)).collect();
-    // Numbers and fixed words: this can't fail.
-    serde_json::to_string(&rows).unwrap_or_default()
-}
-
-/// Returns a row as an order; `None` if it names nodes that the world doesn't have, or is invalid.
-fn order_of(
-    row: &Row,
-    places: &Places,
-    is_same_run: bool,
-    now_secs: f64,
-    next_id: u64,
-) -> rusqlite::Result<Option<Order>> {
-    let rows: Vec<StopRow> = serde_json::from_str(row.get_ref(9)?.as_str()?).unwrap_or_default();
-    let stops: Option<Vec<_>> = rows.iter().map(|row| row.stop(places)).collect();
-    let (Some(stops), Ok(name)) =
-        (stops.filter(|stops| !stops.is_empty()), OrderName::stored(row.get_ref(0)?.as_str()?))
-    else {
-        return Ok(None);
-    };
-    let created_secs = row.get::<_, Option<f64>>(4)?.unwrap_or(now_secs);
-    let deadline: Option<f64> = row.get(6)?;
-    let mut content = NewOrder {
-        name,
-        priority: row.get(3)?,
-        earliest_secs: row.get::<_, f64>(5)?.max(0.0),
-        deadline_secs: deadline,
-        intended_robot: row.get(11)?,
-        stops,
-    };
-    let mut order = Order {
-        id: OrderId(row.get::<_, Option<u64>>(1)?.unwrap_or(next_id)),
-        created_secs,
-        state: state_of(row.get_ref(2)?.as_str()?, row.get(7)?),
-        handled_stops: row.get::<_, usize>(8)?.min(content.stops.len() - 1),
-        reason: String::new(),
-        history: serde_json::from_str(row.get_ref(10)?.as_str()?).unwrap_or_default(),
-        content: content.clone(),
-    };
-    if !is_same_run {
-        content.earliest_secs = 0.0;
-        content.deadline_secs =
-            deadline.map(|deadline| now_secs + (deadline - created_secs).max(0.0));
-        order = Order {
-            content,
-            created_secs: now_secs,
-            state: State::Waiting,
-            handled_stops: 0,
-            history: Vec::new(),
-            ..order
-        };
-    }
-    Ok(Some(order))
-}
-
-fn state_of(name: &str, robot: Option<u32>) -> State {
-    match (name, robot) {
-        ("travelling", Some(robot)) => State::Travelling(robot),
-        ("handling", Some(robot)) => State::Handling(robot),
-        ("created", _) => State::Created,
-        ("unroutable", _) => State::Unroutable,
-        _ => State::Waiting,
     }
 }
 

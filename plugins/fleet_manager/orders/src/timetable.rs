@@ -8,6 +8,7 @@
 //!   resample: 1800      # seconds of a block: each seed has another day of the same kind
 //!   dwell: {min: 5, max: 15}  # seconds at stops for which the file has none, a distribution
 //!   deadline: 900       # seconds from the creation of orders for which the file has none
+//!   robot_types: [amr]  # those that may get orders for which the file names no robots
 //! ```
 //!
 //! With `timetable` in place of `orders`, the text of the file stands there.
@@ -25,6 +26,7 @@ use regatta_base::yaml::{self, Fields, Node};
 
 use super::dwell::Dwell;
 use super::file::{TimedDraft, parse_csv, read_orders};
+use super::load::robot_types;
 use super::order::{NewOrder, OrderName};
 use super::places::Places;
 
@@ -54,6 +56,8 @@ pub(super) struct Timetable {
     dwell: Dwell,
     /// The time from the creation to the deadline of orders without one.
     deadline_secs: Option<f64>,
+    /// The robot types that may get orders which name no robots.
+    robot_types: Vec<u32>,
 }
 
 /// An order of a timetable at a time.
@@ -103,6 +107,7 @@ impl Timetable {
                 .optional("dwell", |value| Dwell::read(value, places))?
                 .unwrap_or_default(),
             deadline_secs: fields.optional("deadline", Node::non_negative)?,
+            robot_types: robot_types(fields, places)?,
         }))
     }
 
@@ -172,6 +177,9 @@ impl Timetable {
         let mut order = drawn.order.clone();
         if order.earliest_secs > 0.0 {
             order.earliest_secs = (order.earliest_secs + later_secs).max(0.0);
+        }
+        if order.robot_types.is_empty() && order.intended_robot.is_none() {
+            order.robot_types.clone_from(&self.robot_types);
         }
         let secs = drawn.file_secs + later_secs;
         let of_file = order.deadline_secs.map(|deadline| deadline + later_secs);

@@ -39,6 +39,8 @@ pub(super) struct TransportOrder {
     pub(super) priority: u8,
     pub(super) processing_vehicle: Option<String>,
     pub(super) reason: String,
+    /// names of the robot types that may get it; any may if empty
+    pub(super) robot_types: Vec<String>,
     #[schema(schema_with = order_states)]
     pub(super) state: String,
 }
@@ -87,6 +89,7 @@ impl TransportOrder {
             priority: content.priority,
             processing_vehicle: order.state.robot().map(|robot| robot.to_string()),
             reason: order.reason.clone(),
+            robot_types: places.robot_type_names(&content.robot_types),
             state: order.state.name().to_owned(),
         }
     }

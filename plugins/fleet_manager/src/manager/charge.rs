@@ -127,6 +127,12 @@ impl Manager {
         })
     }
 
+    /// Whether a robot is of a type that may get an order.
+    fn may_get(&self, order: &NewOrder, robot: u32) -> bool {
+        let types = &order.robot_types;
+        types.is_empty() || types.contains(&self.robot_types[robot as usize])
+    }
+
     /// Whether no robot can carry an order out even if it begins with a full battery at the nearest
     /// charger. Nothing is said while a driving time isn't known.
     pub(super) fn exceeds_batteries(&self, order: &NewOrder) -> bool {
@@ -141,6 +147,7 @@ impl Manager {
         let ways = self.charging.chargers();
         let ways = ways.filter_map(|charger| self.times.between(roads, charger, first.node));
         let Some(secs) = ways.min_by(f64::total_cmp) else { return false };
-        !self.present.iter().any(|robot| rest.is_affordable_when_full(&self.charging, *robot, secs))
+        let mut fitting = self.present.iter().filter(|robot| self.may_get(order, **robot));
+        !fitting.any(|robot| rest.is_affordable_when_full(&self.charging, *robot, secs))
     }
 }

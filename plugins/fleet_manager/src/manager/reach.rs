@@ -14,10 +14,22 @@ const MOST_NAMED: usize = 6;
 impl Manager {
     /// Makes the orders whose time has come.
     pub(super) fn generate(&mut self, now_secs: f64) {
-        let ways = Ways::of(&self.steering, &self.present);
+        self.orders.set_fleet(self.robots_by_type());
+        let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
         self.orders.generate_feasible_until(now_secs, self.present.len(), &|order| {
             ways.is_feasible(order)
         });
+    }
+
+    /// The number of robots of each type.
+    fn robots_by_type(&self) -> Vec<usize> {
+        let mut counts = Vec::new();
+        for robot in &self.present {
+            let robot_type = self.robot_types[*robot as usize] as usize;
+            counts.resize(counts.len().max(robot_type + 1), 0);
+            counts[robot_type] += 1;
+        }
+        counts
     }
 
     /// Tries orders again that couldn't be reached before roads were closed or opened, or before
@@ -76,8 +88,10 @@ impl Manager {
     /// Whether no way leads a robot to its next stop, but one leads another robot there.
     fn is_for_others(&self, robot: u32) -> bool {
         let Some(Stop { node: goal, .. }) = self.orders.current_stop(robot) else { return false };
-        let ways = Ways::of(&self.steering, &self.present);
-        !ways.lead(robot, goal) && ways.lead_any(goal)
+        let order = self.orders.order_of(robot).and_then(|id| self.orders.order(id));
+        let types = order.map_or(&[][..], |order| order.content.robot_types.as_slice());
+        let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
+        !ways.lead(robot, goal) && ways.lead_any(goal, types)
     }
 
     /// Warns of the nodes where orders of the load end, and from which no way leads back to the
@@ -126,7 +140,7 @@ impl Manager {
 
     /// Returns the reason for which no robot can ever carry an order out, if any.
     fn obstacle(&self, order: &NewOrder) -> Option<Unroutable> {
-        let obstacle = Ways::of(&self.steering, &self.present).obstacle(order);
+        let obstacle = Ways::of(&self.steering, &self.present, &self.robot_types).obstacle(order);
         obstacle.or_else(|| self.exceeds_batteries(order).then_some(Unroutable::Battery))
     }
 
@@ -134,7 +148,7 @@ impl Manager {
     /// leads on. An order is judged again only if robots have come to other parts of the roads, or
     /// the ways to chargers are known.
     pub(super) fn find_impossible(&mut self, now_secs: f64) {
-        let ways = Ways::of(&self.steering, &self.present);
+        let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
         let judged_for = (ways.parts(), self.charging.is_measured());
         let mut ids = self.orders.take_new_waiting();
         if judged_for != self.judged_for {
@@ -171,11 +185,13 @@ struct Ways<'a> {
     roads: &'a Roads,
     steering: &'a Steering,
     present: &'a [u32],
+    /// By robot.
+    robot_types: &'a [u32],
 }
 
 impl<'a> Ways<'a> {
-    fn of(steering: &'a Steering, present: &'a [u32]) -> Self {
-        Self { roads: steering.roads(), steering, present }
+    fn of(steering: &'a Steering, present: &'a [u32], robot_types: &'a [u32]) -> Self {
+        Self { roads: steering.roads(), steering, present, robot_types }
     }
 
     /// Returns the robots, and the part of the roads in which each is, if its place is known.
@@ -218,7 +234,8 @@ impl<'a> Ways<'a> {
         let leads = match order.intended_robot {
             Some(robot) if !self.is_present(robot) => return Some(Unroutable::NoRobot),
             Some(robot) => self.lead(robot, first),
-            None => self.lead_any(first),
+            None if !self.has_any(&order.robot_types) => return Some(Unroutable::NoType),
+            None => self.lead_any(first, &order.robot_types),
         };
         (!leads).then_some(Unroutable::NoWay)
     }
@@ -256,8 +273,19 @@ impl<'a> Ways<'a> {
         node.is_none_or(|node| self.roads.can_reach(node, goal))
     }
 
-    /// Whether a way leads any robot to a node, or there are no robots yet.
-    fn lead_any(&self, goal: u32) -> bool {
-        self.present.is_empty() || self.present.iter().any(|robot| self.lead(*robot, goal))
+    /// Whether a robot of some types is in the fleet, or there are no robots yet.
+    fn has_any(&self, types: &[u32]) -> bool {
+        self.present.is_empty() || self.present.iter().any(|robot| self.is_of(*robot, types))
+    }
+
+    /// Whether a way leads any robot of some types to a node, or there are no robots yet.
+    fn lead_any(&self, goal: u32, types: &[u32]) -> bool {
+        let mut fitting = self.present.iter().filter(|robot| self.is_of(**robot, types));
+        self.present.is_empty() || fitting.any(|robot| self.lead(*robot, goal))
+    }
+
+    /// Whether a robot is of some types; all are if there are none.
+    fn is_of(&self, robot: u32, types: &[u32]) -> bool {
+        types.is_empty() || types.contains(&self.robot_types[robot as usize])
     }
 }

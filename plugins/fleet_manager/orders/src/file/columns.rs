@@ -21,6 +21,8 @@ pub enum Meaning {
     Stops,
     /// The only robot that may get it.
     Robot,
+    /// The types of robots that may get it, separated by commas.
+    RobotTypes,
     /// The station to pick at.
     From,
     /// The station to drop at.
@@ -30,7 +32,7 @@ pub enum Meaning {
 impl Meaning {
     /// The meanings, and the headers that have them: small letters and digits alone. The first one
     /// is the name that our own files have.
-    const HEADERS: [(Self, &str); 10] = [
+    const HEADERS: [(Self, &str); 11] = [
         (Self::Name, "name id order orderid orderno ordernumber auftrag auftragsnr auftragsnummer"),
         (Self::Date, "date day datum tag"),
         (
@@ -47,6 +49,10 @@ impl Meaning {
         ),
         (Self::Stops, "stops destinations halte"),
         (Self::Robot, "robot vehicle fahrzeug"),
+        (
+            Self::RobotTypes,
+            "robottypes robottype vehicletype vehicletypes fahrzeugtyp fahrzeugtypen",
+        ),
         (
             Self::From,
             "from pick pickup pickat source origin fromstation von quelle quellplatz abholort",
@@ -151,6 +157,11 @@ impl Columns {
     pub fn unused(&self) -> impl Iterator<Item = &str> {
         self.0.iter().filter(|(_, meaning)| meaning.is_none()).map(|(header, _)| header.as_str())
     }
+}
+
+/// Returns the names in a cell that has several.
+pub(super) fn names(cell: &str) -> Vec<String> {
+    cell.split(',').map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use encoding_rs::{Encoding, WINDOWS_1252};
 use regatta_base::yaml;
 
 use super::clock::{self, FileTime};
-use super::columns::{Columns, Meaning};
+use super::columns::{Columns, Meaning, names};
 use super::{TimedDraft, csv_stop};
 use crate::draft::{DraftError, Label, MAX_STOPS, OrderDraft, StopDraft, secs};
 use crate::order::Action;
@@ -132,12 +132,14 @@ impl Table {
             }
             None => 0,
         };
-        let robot = self.columns.cell(record, Meaning::Robot);
+        let [robot, types] =
+            [Meaning::Robot, Meaning::RobotTypes].map(|meaning| self.columns.cell(record, meaning));
         let draft = OrderDraft {
             name: self.columns.cell(record, Meaning::Name).map(str::to_owned),
             destinations: self.stops(record)?,
             priority,
             intended_vehicle: robot.map(|text| Label::Name(text.to_owned())),
+            robot_types: types.map(names).unwrap_or_default(),
             ..OrderDraft::default()
         };
         Ok(Row {

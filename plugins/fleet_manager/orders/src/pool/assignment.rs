@@ -1,7 +1,7 @@
 //! The assignment of open orders to robots, by the pool's [`Assigner`](crate::Assigner).
 
 use super::{Candidate, Change, Held, Order, OrderId, OrderPool, State};
-use crate::assign::{OpenOrder, Problem, allowed};
+use crate::assign::{Limits, OpenOrder, Problem, allowed};
 
 /// The seconds of driving that each step of priority is worth.
 const PRIORITY_SECS: f64 = 30.0;
@@ -48,8 +48,9 @@ impl OrderPool {
         if robots.is_empty() {
             return changes;
         }
-        let orders = self.assignable(&robots, now_secs);
-        let problem = Problem { now_secs, orders: &orders, robots: &robots, driving_secs };
+        let (orders, limits) = self.assignable(&robots, now_secs);
+        let problem =
+            Problem { now_secs, orders: &orders, robots: &robots, limits: &limits, driving_secs };
         let pairs = allowed(&problem, self.assigner.assign(&problem));
         self.carry_out(&orders, &pairs, now_secs, &mut changes);
         changes
@@ -75,16 +76,22 @@ impl OrderPool {
         robots
     }
 
-    /// Returns the waiting orders, and those of the robots, by number.
-    fn assignable(&self, robots: &[Candidate], now_secs: f64) -> Vec<OpenOrder> {
+    /// Returns the waiting orders, and those of the robots, by number, with the robot types that
+    /// some of them are for.
+    fn assignable(&self, robots: &[Candidate], now_secs: f64) -> (Vec<OpenOrder>, Limits) {
         let theirs = robots.iter().filter_map(|candidate| self.order_of(candidate.robot));
         let mut orders: Vec<_> = self.waiting.iter().copied().chain(theirs).collect();
         orders.sort_unstable();
         let orders = orders.iter().filter_map(|id| self.open.get(id));
-        orders
-            .filter(|order| order.content.intended_robot.is_none())
-            .map(|order| self.open_order(order, now_secs))
-            .collect()
+        let (mut assignable, mut limits) = (Vec::new(), Limits::new());
+        for order in orders.filter(|order| order.content.intended_robot.is_none()) {
+            let types = &order.content.robot_types;
+            if !types.is_empty() {
+                limits.insert(order.id, types.clone());
+            }
+            assignable.push(self.open_order(order, now_secs));
+        }
+        (assignable, limits)
     }
 
     fn open_order(&self, order: &Order, now_secs: f64) -> OpenOrder {

@@ -65,6 +65,7 @@ impl OrderPool {
             earliest_secs: 0.0,
             deadline_secs: None,
             intended_robot: Some(robot),
+            robot_types: Vec::new(),
         };
         let id = OrderId(self.next_id);
         self.create(now_secs, now_secs, content);

@@ -151,6 +151,12 @@ impl OrderPool {
         if transports.is_empty() { self.places.nodes(|_| true) } else { transports }
     }
 
+    /// Notes the number of robots of each type, by the index of the world's robot types: endless
+    /// loads for some types have as many open orders as there are robots of them.
+    pub fn set_fleet(&mut self, robots_by_type: Vec<usize>) {
+        self.fleet = robots_by_type;
+    }
+
     /// Makes all orders whose time has come. `robots` is the number of robots that may get orders:
     /// endless loads have as many open ones.
     pub fn generate_until(&mut self, now_secs: f64, robots: usize) {
@@ -174,6 +180,7 @@ impl OrderPool {
         }
         for (index, source) in self.sources.iter_mut().enumerate() {
             let Source { generator, open, unroutable } = source;
+            let robots = robots_of(&self.fleet, generator.robot_types()).unwrap_or(robots);
             // Unroutable orders don't keep robots busy, but their number is bounded.
             let mut open = *open - (*unroutable).min(MOST_LOST * robots);
             while let Some((secs, order)) = generator.next(now_secs, robots, open, is_feasible) {
@@ -299,4 +306,13 @@ impl OrderPool {
             self.note(id, now_secs, Change::Withdrawn { robot });
         }
     }
+}
+
+/// Returns the number of robots of some types; `None` for orders that any robot may get, or if the
+/// fleet isn't known.
+fn robots_of(fleet: &[usize], types: &[u32]) -> Option<usize> {
+    if fleet.is_empty() || types.is_empty() {
+        return None;
+    }
+    Some(types.iter().filter_map(|index| fleet.get(*index as usize)).sum())
 }

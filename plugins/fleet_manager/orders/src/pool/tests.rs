@@ -24,7 +24,11 @@ fn pool(orders: &str) -> OrderPool {
 fn candidates(robots: &[u32]) -> Vec<Candidate> {
     robots
         .iter()
-        .map(|robot| Candidate { robot: *robot, position: Vec2::X * *robot as f32 })
+        .map(|robot| Candidate {
+            robot: *robot,
+            position: Vec2::X * *robot as f32,
+            ..Candidate::default()
+        })
         .collect()
 }
 

@@ -8,14 +8,15 @@ use std::time::Duration;
 use parking_lot::Mutex;
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Row, params};
 
-use super::{StopRow, StoreError, sqlite_error};
+use super::row::{StopRow, type_names};
+use super::{StoreError, sqlite_error};
 use crate::order::OrderName;
 use crate::places::Places;
 use crate::view::{Destination, Page, TransportOrder};
 
 /// The columns of a row, in the order in which they are read.
 const COLUMNS: &str = "name, state, reason, robot, priority, created, earliest, deadline, \
-                       handled_stops, stops, history, intended_robot";
+                       handled_stops, stops, history, intended_robot, robot_types";
 /// The states of orders that aren't over, as the index `open_order` has them.
 const IS_OPEN: &str = "state NOT IN ('finished', 'failed', 'cancelled')";
 
@@ -124,6 +125,7 @@ impl Archive {
             priority: row.get(4)?,
             processing_vehicle: row.get::<_, Option<u32>>(3)?.map(|robot| robot.to_string()),
             reason: row.get(2)?,
+            robot_types: type_names(row.get(12)?),
             state: row.get(1)?,
         })
     }

@@ -1,8 +1,7 @@
 use std::sync::mpsc::channel;
 
-use glam::Vec2;
-
 use super::*;
+use crate::order::{Action, NewOrder, Order, OrderId, Stop};
 use crate::places::Place;
 use crate::threads::{InsertError, Job};
 use crate::{Candidate, OrderPool, OrderSettings};
@@ -24,6 +23,7 @@ fn order(name: &str) -> NewOrder {
         earliest_secs: 0.0,
         deadline_secs: Some(90.0),
         intended_robot: Some(5),
+        robot_types: Vec::new(),
     }
 }
 
@@ -76,7 +76,7 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
     let text = "- {name: begun, stops: [11, 12]}\n- {name: assigned, stops: [13]}\n- {name: over, stops: [10]}\n";
     pool.add_orders(&crate::file::parse_yaml(text).expect("orders")).expect("valid");
     pool.generate_until(0.0, 3);
-    let robots = [0, 1, 2].map(|robot| Candidate { robot, position: Vec2::ZERO });
+    let robots = [0, 1, 2].map(|robot| Candidate { robot, ..Candidate::default() });
     pool.assign(0.0, &robots, &|robot, node| Some(f64::from((robot + 1).abs_diff(node))));
     let robot_of = |pool: &OrderPool, name: &str| {
         let order = pool.open_orders().find(|order| order.content.name.as_str() == name);
@@ -174,7 +174,7 @@ fn other_files_are_refused_and_left_as_they_are() {
         "PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 99; CREATE TABLE a (b)"
     ));
     for (path, expected) in
-        [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 2")]
+        [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 3")]
     {
         let before = std::fs::read(path).expect("readable");
         let error = open(path).expect_err("refused").to_string();
@@ -283,4 +283,23 @@ fn settled_changes_are_in_the_store() {
         let count = reader.query_row("SELECT count(*) FROM transport_order", [], |row| row.get(0));
         assert_eq!(count, Ok(number));
     }
+}
+
+#[test]
+fn robot_types_are_kept_by_their_names() {
+    let folder = folder();
+    let path = folder.path().join("orders.db");
+    let open = |types: &[&str]| {
+        let places = Places::new((10..14).map(|id| Place { id, ..Place::default() }).collect());
+        let types = types.iter().map(|name| (*name).to_owned()).collect();
+        OrderStore::open(&path, Arc::new(places.with_robot_types(types))).expect("a store")
+    };
+    let writer = Writer::start(open(&["amr", "forklift"])).expect("a thread");
+    let for_forklifts = NewOrder { robot_types: vec![1], intended_robot: None, ..order("a") };
+    insert(&writer, vec![for_forklifts]).expect("kept");
+    drop(writer);
+    let found = open(&["forklift", "amr"]).restore(1, 0.0).expect("read");
+    assert_eq!(found.orders[0].content.robot_types, [0]);
+    let found = open(&["amr"]).restore(1, 0.0).expect("read");
+    assert_eq!((found.orders.len(), found.unplaced), (0, 1), "it stays in the store");
 }

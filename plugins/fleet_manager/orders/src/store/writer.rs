@@ -10,7 +10,8 @@ use parking_lot::{Condvar, Mutex};
 use regatta_plugin::tell;
 use rusqlite::{ErrorCode, Transaction, params};
 
-use super::{OrderStore, stop_rows};
+use super::OrderStore;
+use super::row::{stop_rows, types_column};
 use crate::order::{NewOrder, Order, OrderName};
 use crate::places::Places;
 use crate::threads::{InsertError, Job, Reply};
@@ -233,8 +234,8 @@ fn insert_all(
             .prepare_cached(
                 "INSERT INTO transport_order
                 (name, state, priority, created, earliest, deadline, handled_stops, reason, stops,
-                 history, intended_robot)
-             VALUES (?, 'created', ?, ?, ?, ?, 0, '', ?, '[]', ?)",
+                 history, intended_robot, robot_types)
+             VALUES (?, 'created', ?, ?, ?, ?, 0, '', ?, '[]', ?, ?)",
             )?
             .execute(params![
                 order.name.as_str(),
@@ -244,6 +245,7 @@ fn insert_all(
                 order.deadline_secs,
                 stop_rows(&order.stops, places),
                 order.intended_robot,
+                types_column(&order.robot_types, places),
             ]);
         match inserted {
             Err(error) if error.sqlite_error_code() == Some(ErrorCode::ConstraintViolation) => {
@@ -264,8 +266,8 @@ fn upsert(transaction: &Transaction, order: &Order, places: &Places) -> rusqlite
         .prepare_cached(
             "INSERT INTO transport_order
                 (name, id, state, priority, created, earliest, deadline, robot, handled_stops,
-                 reason, stops, history, intended_robot)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)
+                 reason, stops, history, intended_robot, robot_types)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)
              ON CONFLICT (name) DO UPDATE SET id = ?2, state = ?3, created = ?5, earliest = ?6,
                 deadline = ?7, robot = ?8, handled_stops = ?9, reason = ?10, history = ?12",
         )?
@@ -283,5 +285,6 @@ fn upsert(transaction: &Transaction, order: &Order, places: &Places) -> rusqlite
             stop_rows(&content.stops, places),
             history,
             content.intended_robot,
+            types_column(&content.robot_types, places),
         ])
 }

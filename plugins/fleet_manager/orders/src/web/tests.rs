@@ -113,7 +113,7 @@ fn an_order_is_posted_and_followed() {
     );
     assert_eq!(get(address, "/v1/transportOrders/my%20order").1["priority"], json!(0));
     pool.take_requests(3.0);
-    pool.assign(3.0, &[Candidate { robot: 5, position: Vec2::ZERO }], &|_, _| Some(1.0));
+    pool.assign(3.0, &[Candidate { robot: 5, ..Candidate::default() }], &|_, _| Some(1.0));
     pool.arrived(5, 4.0);
     let (state, position) = ("handling", Vec2::new(1.0, 2.5));
     let vehicle = Vehicle {
@@ -217,7 +217,7 @@ fn withdrawals_are_answered_by_the_book() {
     eventually(address, "/v1/transportOrders/a", |order| order["state"] == "cancelled");
     let (status, answer) = ticking(&mut pool, withdraw("/v1/transportOrders/a/withdrawal"));
     assert_eq!((status, &answer["error"]), (409, &json!("the order is over")));
-    pool.assign(1.0, &[Candidate { robot: 0, position: Vec2::ZERO }], &|_, _| Some(1.0));
+    pool.assign(1.0, &[Candidate { robot: 0, ..Candidate::default() }], &|_, _| Some(1.0));
     assert!(pool.arrived(0, 1.0).is_some() && pool.handled(0, 1.0).is_some());
     assert_eq!(ticking(&mut pool, withdraw("/v1/transportOrders/b/withdrawal")).0, 409);
     assert_eq!(
