@@ -180,8 +180,15 @@ impl Check {
         if !unused.is_empty() {
             let _ = writeln!(text, "not used      {}", unused.join(", "));
         }
-        if !text.is_empty() && !columns.have_times() {
-            text += "time          in no column: all orders come at time 0\n";
+        match (columns.have_times(), self.table.has_times) {
+            _ if text.is_empty() => {}
+            (false, _) => text += "time          in no column: all orders come at time 0\n",
+            (true, false) => text += "time          in no row: all orders come at time 0\n",
+            (true, true) => {}
+        }
+        let sheets = &self.table.unread_sheets;
+        if !sheets.is_empty() {
+            let _ = writeln!(text, "not read      the sheets {}", sheets.join(", "));
         }
         text
     }

@@ -7,6 +7,10 @@ use serde_json::{Map, Value, json};
 
 use regatta_orders::{Change, OrderEvent};
 
+/// The mean simulated time between frames, in seconds, from which on the manager is too slow for
+/// the speed of the simulation: robots wait for it longer than for each other.
+const LATE_SECS: f64 = 0.5;
+
 /// The length of the periods whose finished stops are counted, in simulated seconds.
 const PERIOD_SECS: f64 = 10.0;
 
@@ -20,6 +24,8 @@ pub(crate) struct RunFigures {
     /// The time that it took to compile the roads and to open the manager's ports and files.
     start: Duration,
     cycles: u64,
+    /// The simulated time between the frames of the cycles, in seconds.
+    between_secs: f64,
     spent: Duration,
     longest: Duration,
     /// The stops that were finished in each period.
@@ -77,6 +83,7 @@ impl RunFigures {
     pub(crate) fn spend(&mut self, secs: f64, robots: impl Iterator<Item = Doing>) {
         // The activity before the first frame is unknown.
         if self.cycles > 0 {
+            self.between_secs += secs;
             for doing in robots {
                 self.effort.add(&doing, secs);
             }
@@ -111,9 +118,24 @@ impl RunFigures {
         self.effort.share(activity)
     }
 
-    /// The effort of robots, as lines for people.
+    /// The mean simulated time between the frames that the manager has seen, in seconds.
+    fn mean_gap_secs(&self) -> f64 {
+        self.between_secs / self.cycles.saturating_sub(1).max(1) as f64
+    }
+
+    /// The effort of robots, as lines for people, and whether the manager was too slow for the
+    /// figures to be those of the plant.
     pub(crate) fn table(&self) -> String {
-        self.effort.table()
+        let mut text = self.effort.table();
+        let gap = self.mean_gap_secs();
+        if gap > LATE_SECS {
+            text += &format!(
+                "too slow      the manager saw a frame every {gap:.1} simulated seconds: these are \
+                 figures of a late manager, not of the plant; give a lower --speed, or --lockstep \
+                 fleet-manager\n"
+            );
+        }
+        text
     }
 
     /// The figures as JSON.
@@ -122,6 +144,7 @@ impl RunFigures {
             "robots": self.robots,
             "start_ms": millis(self.start),
             "cycles": self.cycles,
+            "mean_gap_secs": self.mean_gap_secs(),
             "mean_cycle_ms": self.mean_cycle_ms(),
             "longest_cycle_ms": self.longest_cycle_ms(),
             "longest_without_finish_secs": self.longest_without_finish_secs(),
@@ -264,6 +287,20 @@ mod tests {
             });
         }
         assert_eq!(figures.json()["stops_by_period"], json!([2, 1, 0, 1]));
+    }
+
+    #[test]
+    fn a_manager_that_sees_few_frames_says_so() {
+        for (gap, is_told) in [(0.1, false), (12.0, true)] {
+            let mut figures = RunFigures::begin(Duration::ZERO);
+            for _ in 0..5 {
+                figures.spend(gap, std::iter::empty());
+                figures.end_cycle(Duration::ZERO);
+            }
+            let text = figures.table();
+            assert_eq!(text.contains("--lockstep fleet-manager"), is_told, "{gap} s: {text}");
+            assert!(!is_told || text.contains("every 12.0 simulated seconds"), "{text}");
+        }
     }
 
     #[test]

@@ -98,9 +98,11 @@ pub fn read_table(path: &Path) -> Result<Table, FileError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     let table = match ending.to_str() {
         Some("csv" | "tsv" | "txt") => Table::parse(&decoded(&bytes_of(path)?)),
-        Some("xlsx" | "xlsm") => workbook::csv_of(bytes_of(path)?)
+        Some("xlsx" | "xlsm") => workbook::sheet_of(bytes_of(path)?)
             .map_err(|reason| yaml::Error { line: 1, reason })
-            .and_then(|sheet| Table::parse_sheet(&sheet)),
+            .and_then(|sheet| {
+                Ok(Table { unread_sheets: sheet.others, ..Table::parse_sheet(&sheet.csv)? })
+            }),
         #[cfg(feature = "parquet")]
         Some("parquet" | "pq") => parquet::csv_of(bytes_of(path)?)
             .map_err(|reason| yaml::Error { line: 1, reason })

@@ -153,6 +153,15 @@ impl Columns {
         self.find(Meaning::Time).is_some()
     }
 
+    /// The cells of a row in columns that are used, with their headers.
+    pub(super) fn used_cells<'a>(
+        &'a self,
+        record: &'a StringRecord,
+    ) -> impl Iterator<Item = (&'a str, &'a str)> {
+        let cells = self.0.iter().zip(record).filter(|((_, meaning), _)| meaning.is_some());
+        cells.map(|((header, _), cell)| (header.as_str(), cell))
+    }
+
     /// The headers that aren't used.
     pub fn unused(&self) -> impl Iterator<Item = &str> {
         self.0.iter().filter(|(_, meaning)| meaning.is_none()).map(|(header, _)| header.as_str())

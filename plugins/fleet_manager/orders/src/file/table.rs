@@ -9,6 +9,7 @@ use regatta_base::yaml;
 
 use super::clock::{self, FileTime};
 use super::columns::{Columns, Meaning, names};
+use super::workbook::WITHOUT_VALUE;
 use super::{TimedDraft, csv_stop};
 use crate::draft::{DraftError, Label, MAX_STOPS, OrderDraft, StopDraft, secs};
 use crate::order::Action;
@@ -34,6 +35,10 @@ pub struct Table {
     /// The time at which simulated time begins, if the file has dates or times of day: seconds
     /// since midnight or since 1970.
     pub begin: Option<FileTime>,
+    /// Whether a row has a time.
+    pub has_times: bool,
+    /// The names of the sheets of a workbook that have cells, too, and aren't read.
+    pub unread_sheets: Vec<String>,
 }
 
 /// A row whose times aren't seconds of simulated time yet.
@@ -125,6 +130,10 @@ impl Table {
         if columns != expected {
             return Err(format!("{columns} columns instead of {expected}"));
         }
+        let mut used = self.columns.used_cells(record);
+        if let Some((header, cell)) = used.find(|(_, cell)| cell.ends_with(WITHOUT_VALUE)) {
+            return Err(format!("the column `{header}` is {cell}"));
+        }
         let priority = match self.columns.cell(record, Meaning::Priority) {
             Some(text) => {
                 let shown = text.escape_debug();
@@ -187,6 +196,7 @@ impl Table {
     /// the first time of day or date.
     fn set_times(&mut self, rows: Vec<Row>) {
         let first = rows.iter().find_map(|row| Some((row.line, row.time?)));
+        self.has_times = first.is_some();
         let earliest = rows.iter().filter_map(|row| row.time).map(FileTime::secs);
         let begin_secs = match first {
             None | Some((_, FileTime::Secs(_))) => 0.0,

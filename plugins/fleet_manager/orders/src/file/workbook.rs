@@ -8,25 +8,42 @@ use calamine::{DataRef, ExcelDateTime, Reader, SheetType, SheetVisible, Xlsx, Xl
 use super::rows::{self, MOST_COLUMNS, Rows};
 
 const SECS_PER_DAY: f64 = 86_400.0;
+/// What is said of a formula that no program has worked out since it was written.
+pub(super) const WITHOUT_VALUE: &str =
+    "a formula without a value: save the file with a spreadsheet program";
 
-/// Returns the first visible sheet with cells as CSV, with a line for each row. Lines above the
-/// table are empty: the table begins at the first row with two cells, if there is one.
+/// A sheet of a workbook.
+pub(super) struct Sheet {
+    /// The table as CSV, with a line for each row. Lines above the table are empty: it begins at
+    /// the first row with two cells, if there is one.
+    pub csv: String,
+    /// The names of the sheets behind it that have cells, too.
+    pub others: Vec<String>,
+}
+
+/// Returns the first visible sheet with cells.
 ///
 /// # Errors
 /// The reason if it isn't a workbook, or has no such sheet.
-pub(super) fn csv_of(bytes: Vec<u8>) -> Result<String, String> {
+pub(super) fn sheet_of(bytes: Vec<u8>) -> Result<Sheet, String> {
     let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(reason_of)?;
     let sheets = workbook.sheets_metadata().iter();
     let sheets = sheets
         .filter(|sheet| sheet.typ == SheetType::WorkSheet && sheet.visible == SheetVisible::Visible)
         .map(|sheet| sheet.name.clone());
+    let (mut csv, mut others) = (None, Vec::new());
     for name in sheets.collect::<Vec<_>>() {
         let rows = rows_of(&mut workbook, &name)?;
-        if rows.iter().any(|row| rows::count(row) > 0) {
-            return rows::to_csv(&rows);
+        if rows.iter().all(|row| rows::count(row) == 0) {
+            continue;
+        }
+        match csv {
+            None => csv = Some(rows::to_csv(&rows)?),
+            Some(_) => others.push(name),
         }
     }
-    Err("no sheet of the workbook has cells".to_owned())
+    let csv = csv.ok_or_else(|| "no sheet of the workbook has cells".to_owned())?;
+    Ok(Sheet { csv, others })
 }
 
 fn reason_of(error: XlsxError) -> String {
@@ -34,25 +51,39 @@ fn reason_of(error: XlsxError) -> String {
 }
 
 /// Reads the cells one by one: a sheet with a single cell far away takes little memory for those
-/// between.
+/// between. A formula whose value the file doesn't have is told as the text of its cell: nothing
+/// here can work it out, and as an empty cell it would be lost.
 fn rows_of(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<Rows, String> {
-    let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
     let mut rows = Rows::new();
+    let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
     while let Some(cell) = cells.next_cell().map_err(reason_of)? {
-        let (row, column) = cell.get_position();
-        let text = text_of(cell.get_value());
-        if text.is_empty() {
-            continue;
+        put(&mut rows, cell.get_position(), text_of(cell.get_value()))?;
+    }
+    drop(cells);
+    let mut formulas = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
+    while let Some(cell) = formulas.next_formula().map_err(reason_of)? {
+        let (position @ (row, column), formula) = (cell.get_position(), cell.get_value());
+        let known = rows.get(row as usize).and_then(|row| row.get(column as usize));
+        if !formula.is_empty() && known.is_none_or(String::is_empty) {
+            put(&mut rows, position, format!("`={formula}`, {WITHOUT_VALUE}"))?;
         }
-        if column >= MOST_COLUMNS {
-            return Err(format!("row {} has more than {MOST_COLUMNS} columns", row + 1));
-        }
-        rows.resize(rows.len().max(row as usize + 1), Vec::new());
-        let row = &mut rows[row as usize];
-        row.resize(row.len().max(column as usize + 1), String::new());
-        row[column as usize] = text;
     }
     Ok(rows)
+}
+
+/// Puts a text into a cell, given its row and its column from 0 on.
+fn put(rows: &mut Rows, (row, column): (u32, u32), text: String) -> Result<(), String> {
+    if text.is_empty() {
+        return Ok(());
+    }
+    if column >= MOST_COLUMNS {
+        return Err(format!("row {} has more than {MOST_COLUMNS} columns", row + 1));
+    }
+    rows.resize(rows.len().max(row as usize + 1), Vec::new());
+    let row = &mut rows[row as usize];
+    row.resize(row.len().max(column as usize + 1), String::new());
+    row[column as usize] = text;
+    Ok(())
 }
 
 /// Returns the text of a cell on one line.
@@ -93,6 +124,7 @@ fn time_text(time: ExcelDateTime) -> String {
 #[cfg(test)]
 mod tests {
     use calamine::ExcelDateTimeType;
+    use regatta_base::yaml;
 
     use super::*;
     use crate::file::Table;
@@ -103,25 +135,43 @@ mod tests {
 
     #[test]
     fn a_workbook_is_read_as_the_same_table() {
-        let sheet = csv_of(DAY.to_vec()).expect("a workbook");
-        let table = Table::parse_sheet(&sheet).expect("a table");
+        let sheet = sheet_of(DAY.to_vec()).expect("a workbook");
+        let table = Table::parse_sheet(&sheet.csv).expect("a table");
+        assert!(sheet.others.is_empty(), "{:?}", sheet.others);
         let same = "\n\n\nAuftragsnr.;Quelle;Ziel;Datum;Uhrzeit;Fällig;Menge\n\
                     4500017;Goods in 1;Lager Süd;26.11.2026;06:15;26.11.2026 06:45;3,5\n\
                     4500018;17;C D;26.11.2026;07:15:00,5;;\n;;;;;;\n4500019;B;;26.11.2026;08:00;;\n";
-        assert_eq!(table, Table::parse(same).expect("a table"));
+        let told = "the column `Ziel` is `=1/0`, a formula without a value: save the file with a \
+                    spreadsheet program";
+        let problems = vec![yaml::Error { line: 8, reason: told.to_owned() }];
+        let expected = Table { problems, ..Table::parse(same).expect("a table") };
+        assert_eq!(table, expected);
         assert_eq!(
             table.orders.iter().map(|order| order.secs).collect::<Vec<_>>(),
             [900.0, 4500.5]
         );
-        let [problem] = &table.problems[..] else { panic!("{:?}", table.problems) };
-        assert_eq!((problem.line, problem.reason.as_str()), (8, "the station `to` is missing"));
+    }
+
+    /// Written by openpyxl 3.1: two sheets with cells, and a time that is a formula without a value.
+    const SHEETS: &[u8] = include_bytes!("../../tests/data/sheets.xlsx");
+
+    #[test]
+    fn what_a_workbook_has_besides_is_told() {
+        let sheet = sheet_of(SHEETS.to_vec()).expect("a workbook");
+        assert_eq!(sheet.others, ["Tuesday"]);
+        let table = Table::parse_sheet(&sheet.csv).expect("a table");
+        let told = "the column `time` is `=D2+1/24`, a formula without a value: save the file with \
+                    a spreadsheet program";
+        assert_eq!(table.problems, [yaml::Error { line: 3, reason: told.to_owned() }]);
+        assert_eq!(table.orders.len(), 1);
     }
 
     #[test]
     fn what_is_no_workbook_is_told() {
-        assert!(csv_of(b"name,from,to\n".to_vec()).expect_err("CSV").contains("save it as .xlsx"));
+        let reason = sheet_of(b"name,from,to\n".to_vec()).err().expect("CSV");
+        assert!(reason.contains("save it as .xlsx"), "{reason}");
         for length in (0..DAY.len()).step_by(97) {
-            assert!(csv_of(DAY[..length].to_vec()).is_err(), "cut off after {length} bytes");
+            assert!(sheet_of(DAY[..length].to_vec()).is_err(), "cut off after {length} bytes");
         }
     }
 
