@@ -136,8 +136,13 @@ impl Variant {
     /// Checks the variant as the engine will, with one robot.
     ///
     /// # Errors
+    /// [`PlanError::FileOfOrders`] if its load names a file, which jobs don't have, and
     /// [`PlanError::Variant`] if the engine would refuse it.
     pub fn check(&self, rate_hz: u32) -> Result<(), PlanError> {
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        if let Some(orders) = self.setup.load.as_ref().and_then(|load| load.orders_option(folder)) {
+            return Err(PlanError::FileOfOrders { file: self.file.clone(), orders });
+        }
         let job = self.job("layout.yaml", 1, 1, RunTime { secs: 1, rate_hz }, "");
         let checked = Scenario::from_texts(
             &job.scenario_text(),

@@ -107,6 +107,22 @@ fn a_throughput_with_an_interval_beyond_it_is_not_known() {
 }
 
 #[test]
+fn fewer_orders_within_chance_are_no_fact() {
+    let said = |orders: [f64; 2]| {
+        said(&answer("1,2,4", |robots, seed| match robots {
+            4 => Ok(measured(orders[seed as usize - 1])),
+            _ => Ok(measured(f64::from(robots) * 20.0)),
+        }))
+    };
+    // 25 ± 1.27 · 10 reaches from 12.3 to 37.7, and 20 ± 1.27 from 18.7 to 21.3.
+    let clear = said([19.9, 20.1]);
+    assert!(clear.contains("With 4 robots, it is less: 20.0 ± 1."), "{clear}");
+    let chance = said([28.0, 32.0]);
+    assert!(chance.contains("With 4 robots, 30.0 ± 25.4 orders an hour were measured"), "{chance}");
+    assert!(chance.contains("may be chance") && !chance.contains("it is less"), "{chance}");
+}
+
+#[test]
 fn a_range_says_what_larger_numbers_bring() {
     let said = said(&answer("1,2,3,4,8", |robots, _| match robots {
         8 => Ok(stalled(StallKind::Livelock, vec![0, 1], 5.0)),
