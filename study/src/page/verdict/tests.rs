@@ -214,6 +214,24 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
 }
 
 #[test]
+fn what_the_layout_allows_names_its_robots_and_what_was_assumed_of_it() {
+    let types = "robot_types: [{name: small, length: 0.5, width: 0.4, max_speed: 1}, {name: large, \
+                 length: 1.2, width: 0.8, max_speed: 1}]\n";
+    let page = |robots: &str| {
+        let plan = plan_of("1,2", &format!("{types}robots: [{robots}]\n"));
+        let answer = answer_to(plan, |robots, _| Ok(measured(f64::from(robots) * 20.0)));
+        (crate::page::markdown(&blocks(&answer)), caveats(&answer).join("\n"))
+    };
+    let small = "{count: 1, type: small, routes: none}";
+    let (both, assumed) = page(&format!("{small}, {{count: 1, type: large, routes: none}}"));
+    let row = "3 nodes and 3 edges. For robots of type `large`, the largest of 2 in use: ";
+    assert!(both.contains(row), "{both}");
+    assert!(!page(small).0.contains("For robots of type"), "{}", page(small).0);
+    let speeds = "**Assumed of the layout**: 3 edges have no speed limit: 1 m/s is used";
+    assert!(assumed.contains(speeds), "{assumed}");
+}
+
+#[test]
 fn all_robot_types_are_named_with_their_numbers() {
     let plan = plan_of(
         "8",
