@@ -9,7 +9,7 @@ mod setting;
 mod target;
 mod variant;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub use day::{Day, DayClock};
 pub use file::{StudyFile, is_study};
@@ -165,10 +165,9 @@ pub enum PlanError {
     },
     /// Robots can't drive to stops of a day's orders, or not back.
     #[error(
-        "{day}: robots can't serve {stops} of {file}: connect {them}, or take {their} orders out; \
+        "{day}: robots can't serve {stops}: connect {them}, or take {their} orders out; \
          `regatta graph check --traffic` shows more",
-        file = file.display(),
-        stops = stops_in_words(stops),
+        stops = stops_in_words(stops, file),
         them = if stops.len() == 1 { "it" } else { "them" },
         their = if stops.len() == 1 { "its" } else { "their" }
     )]
@@ -213,8 +212,12 @@ pub enum PlanError {
     },
 }
 
-/// Returns stations with the ways that are missing, in words: the first ones by name.
-fn stops_in_words(stops: &[(String, CutOff)]) -> String {
+/// Returns stations of a layout with the ways that are missing, in words: the first ones by name.
+fn stops_in_words(stops: &[(String, CutOff)], file: &Path) -> String {
+    let file = file.display();
+    if let [(stop, cut_off)] = stops {
+        return format!("the station {stop} of {file}, as {}", cut_off.missing_way());
+    }
     let named = stops.iter().take(MOST_STOPS);
     let named: Vec<String> =
         named.map(|(stop, cut_off)| format!("{stop}, as {}", cut_off.missing_way())).collect();
@@ -222,8 +225,7 @@ fn stops_in_words(stops: &[(String, CutOff)]) -> String {
         0 => String::new(),
         more => format!("; and {more} more, which `regatta orders check` names"),
     };
-    let stations = if stops.len() == 1 { "station" } else { "stations" };
-    format!("the {stations} {}{more}", named.join("; "))
+    format!("these stations of {file} ({}{more})", named.join("; "))
 }
 
 impl PlanError {

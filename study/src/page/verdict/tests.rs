@@ -114,7 +114,7 @@ fn fewer_orders_within_chance_are_no_fact() {
             _ => Ok(measured(f64::from(robots) * 20.0)),
         }))
     };
-    // 25 ± 1.27 · 10 reaches from 12.3 to 37.7, and 20 ± 1.27 from 18.7 to 21.3.
+    // 40.0 ± 1.0 with 2 robots; 19.9 and 20.1 are 20.0 ± 1.3, and 28 and 32 are 30.0 ± 25.4.
     let clear = said([19.9, 20.1]);
     assert!(clear.contains("With 4 robots, it is less: 20.0 ± 1."), "{clear}");
     let chance = said([28.0, 32.0]);
@@ -202,7 +202,7 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
     };
     assert!(limit(0.31, 1, 0.42).contains("**The load is the limit**: 2 robots had an order 31 %"));
     assert!(limit(0.9, 1, 0.0).contains("**The load is the limit**: 2 robots had an order 90 %"));
-    assert_eq!(limit(0.9, 2, 0.0), "", "more orders wait than the robots carry");
+    assert!(!limit(0.9, 2, 0.0).contains("is the limit"), "more orders wait than the robots carry");
     let charging = limit(0.31, 9, 0.42);
     assert!(
         charging.contains(
