@@ -264,6 +264,14 @@ impl FileArgs {
         }
     }
 
+    /// Returns the folder that paths in the file start from; `None` of standard input.
+    fn folder(&self) -> Option<&Path> {
+        match self.is_standard_input() {
+            true => None,
+            false => Some(self.file.parent().unwrap_or(Path::new(""))),
+        }
+    }
+
     fn is_standard_input(&self) -> bool {
         self.file == Path::new(STANDARD_STREAM)
     }

@@ -80,7 +80,7 @@ fn check_scenario(
             let robot = traffic.robot_of(&scenario)?;
             let traffic = robot.map(|robot| Traffic::new(&scenario.graph, robot));
             let scenario_warnings = scenario.warnings.clone();
-            let start_error = start_error(scenario, &file.name());
+            let start_error = start_error(scenario, file);
             let content = content.filter(|_| start_error.is_none());
             Ok(Checked { content, scenario_warnings, start_error, traffic, ..checked })
         }
@@ -94,25 +94,28 @@ fn check_scenario(
     }
 }
 
-/// Begins a run of a scenario, whose file has a name, and returns the error of that, if any.
-fn start_error(scenario: Scenario, name: &str) -> Option<String> {
+/// Begins a run of the scenario of a file, and returns the error of that, if any.
+fn start_error(scenario: Scenario, file: &FileArgs) -> Option<String> {
+    let (name, folder) = (file.name(), file.folder());
     let text = scenario.source.has(LOAD).then(|| scenario.source.text().to_owned());
-    let mut load = LoadReader { text, error: None };
+    let mut load = LoadReader { text, folder, error: None };
     let begun = Run::new(scenario).with(&mut load).for_ticks(0);
     let load_error = load.error.map(|error| format!("{name}:{}: {}", error.line, error.reason));
     load_error.or_else(|| begun.err().map(|error| format!("{name}: {error}")))
 }
 
 /// Reads a load as the fleet manager does, by the places of the world.
-struct LoadReader {
+struct LoadReader<'a> {
     text: Option<String>,
+    /// The folder of the scenario, with the files of orders; none of standard input.
+    folder: Option<&'a Path>,
     error: Option<yaml::Error>,
 }
 
-impl Plugin for LoadReader {
+impl Plugin for LoadReader<'_> {
     fn on_world(&mut self, world: &World<'_>) -> regatta_plugin::Result {
         if let Some(text) = &self.text {
-            self.error = Load::parse(text, &Places::of(world)).err();
+            self.error = Load::parse_beside(self.folder, text, &Places::of(world)).err();
         }
         Ok(())
     }

@@ -28,7 +28,7 @@ pub fn run(
     drop(progress);
     // The output lacks what the reader left out.
     for finding in findings.as_slice().iter().filter(|finding| finding.subject == Subject::File) {
-        if finding.kind == FindingKind::General {
+        if finding.kind != FindingKind::TurnsAtNodes {
             regatta_plugin::tell!("{finding}");
         }
     }

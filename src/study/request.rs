@@ -8,18 +8,19 @@ use clap::ValueEnum;
 use regatta_base::file;
 use regatta_fleet_manager::PlannerKind;
 use regatta_layout::{MAX_FILE_BYTES, ReadOptions};
+use regatta_orders::Load;
 use regatta_scenario::document;
 use regatta_study::certificate::most_robots;
-use regatta_study::job::content_hash;
+use regatta_study::job::{Manager, content_hash};
 use regatta_study::plan::{
     Axis, Day, FLEET_MANAGER, Input, Plan, Precision, Question, Robots, RunTime, Setting,
     StudyFile, Variant, is_study,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::StudyArgs;
 use crate::arguments::Time;
-use crate::day::{DayArgs, Resample};
+use crate::day::{DayArgs, Resample, places};
 use crate::failure::Failure;
 use crate::{trust, version};
 
@@ -66,6 +67,7 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let inputs = inputs(path, day_args.orders.as_deref(), &variants)?;
     for variant in &variants {
         day_args.check(&variant.graph)?;
+        check_load(variant)?;
     }
     Ok(Plan {
         title,
@@ -136,6 +138,22 @@ fn base(plant: &Path, options: &ReadOptions, day: Option<&Day>) -> Result<Varian
         Some(day) => Ok(base.with_day(&Arc::new(day.clone()))?),
         None => Ok(base),
     }
+}
+
+/// Checks that Regatta's fleet manager can carry out the load of a variant: a run would fail.
+fn check_load(variant: &Variant) -> Result<(), Failure> {
+    let Manager::BuiltIn(_) = &variant.manager else { return Ok(()) };
+    // Those of a day were checked.
+    let Some(load) = variant.load_entry().filter(|_| !variant.is_day()) else { return Ok(()) };
+    let text = json!({ "load": load }).to_string();
+    let with = match &*variant.name {
+        "" => String::new(),
+        name => format!("with {name}: "),
+    };
+    let file = variant.file.display();
+    Load::parse(&text, &places(&variant.graph))
+        .map(drop)
+        .map_err(|error| format!("{with}{file}: load: {}", error.reason).into())
 }
 
 /// Returns the numbers of robots that are tried if none are asked for.

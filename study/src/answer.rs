@@ -42,6 +42,9 @@ pub struct Answer {
     pub method: Method,
     /// The traffic that the roads of the first variant allow its robots, in sentences.
     pub certificate: Vec<String>,
+    /// The robot type that these sentences are about, if there are several in use.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certificate_type: Option<String>,
     /// The files that the study was made of.
     pub inputs: Vec<Input>,
     /// The prices, if the user gave any.
@@ -114,6 +117,9 @@ pub struct VariantAnswer {
     pub is_managed_by_regatta: bool,
     /// The reason why orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
+    /// The assumptions of reading the layout, in words: on speeds, edges, and who drives on them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub assumptions: Vec<String>,
     /// The robot types in use, with their numbers at the answer.
     pub robot_types: Vec<FleetType>,
     /// Edges of the layout.
@@ -212,6 +218,7 @@ impl Answer {
             program,
             method,
             certificate,
+            certificate_type: plan.variants.first().and_then(Variant::robot_in_words),
             inputs: plan.inputs.clone(),
             prices: plan.prices.clone(),
             variants,
@@ -281,6 +288,7 @@ impl VariantAnswer {
             is_load_endless: variant.is_load_endless(),
             is_managed_by_regatta: matches!(variant.manager, Manager::BuiltIn(_)),
             other_stops: variant.other_stops.clone(),
+            assumptions: variant.assumptions.clone(),
             robot_types: Vec::new(),
             edges: variant.graph.edges().len(),
             nodes: variant.graph.nodes().len(),

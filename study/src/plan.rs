@@ -9,7 +9,7 @@ mod setting;
 mod target;
 mod variant;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub use day::{Day, DayClock};
 pub use file::{StudyFile, is_study};
@@ -26,6 +26,9 @@ use regatta_layout::traffic::CutOff;
 use regatta_layout::{ChangeError, GraphError};
 use regatta_scenario::ScenarioError;
 use serde::Serialize;
+
+/// The most stations that a message names.
+const MOST_STOPS: usize = 8;
 
 /// A study.
 #[derive(Clone, Debug)]
@@ -148,22 +151,45 @@ pub enum PlanError {
         /// The part of the load.
         part: String,
     },
-    /// Robots can't drive to a stop of a day's orders, or not back.
+    /// Robots can't drive to any station of a role that the load names, and back.
     #[error(
-        "{day}: robots can't serve the station {stop} of {file}, as {missing_way}: connect it, or \
-         take its orders out; `regatta graph check --traffic` shows more",
-        file = file.display(),
-        missing_way = cut_off.missing_way()
+        "{file}: load: no station to {role} is left that robots can drive to and back: connect one; \
+         `regatta graph check --traffic` shows more",
+        file = file.display()
     )]
-    CutOffStop {
-        /// The file of orders.
-        day: String,
-        /// The station.
-        stop: String,
-        /// The way that is missing.
-        cut_off: CutOff,
+    NoStation {
         /// The layout or the scenario.
         file: PathBuf,
+        /// The role.
+        role: &'static str,
+    },
+    /// Robots can't drive to stops of a day's orders, or not back.
+    #[error(
+        "{day}: robots can't serve {stops}: connect {them}, or take {their} orders out; \
+         `regatta graph check --traffic` shows more",
+        stops = stops_in_words(stops, file),
+        them = if stops.len() == 1 { "it" } else { "them" },
+        their = if stops.len() == 1 { "its" } else { "their" }
+    )]
+    CutOffStops {
+        /// The file of orders.
+        day: String,
+        /// The stations with the ways that are missing; at least one.
+        stops: Vec<(String, CutOff)>,
+        /// The layout or the scenario.
+        file: PathBuf,
+    },
+    /// The load names a file of orders.
+    #[error(
+        "{file}: load: a study takes a file of orders by an option: give --orders {orders}, which \
+         takes the place of the whole load",
+        file = file.display()
+    )]
+    FileOfOrders {
+        /// The layout or the scenario.
+        file: PathBuf,
+        /// The path of the file, with the options for its other keys.
+        orders: String,
     },
     /// A setting doesn't fit the scenario, or its value is invalid.
     #[error("{setting}: {message}")]
@@ -184,6 +210,22 @@ pub enum PlanError {
         /// The layout.
         file: PathBuf,
     },
+}
+
+/// Returns stations of a layout with the ways that are missing, in words: the first ones by name.
+fn stops_in_words(stops: &[(String, CutOff)], file: &Path) -> String {
+    let file = file.display();
+    if let [(stop, cut_off)] = stops {
+        return format!("the station {stop} of {file}, as {}", cut_off.missing_way());
+    }
+    let named = stops.iter().take(MOST_STOPS);
+    let named: Vec<String> =
+        named.map(|(stop, cut_off)| format!("{stop}, as {}", cut_off.missing_way())).collect();
+    let more = match stops.len().saturating_sub(MOST_STOPS) {
+        0 => String::new(),
+        more => format!("; and {more} more, which `regatta orders check` names"),
+    };
+    format!("these stations of {file} ({}{more})", named.join("; "))
 }
 
 impl PlanError {

@@ -235,6 +235,32 @@ fn a_scenario_is_recognised_and_checked() {
 }
 
 #[test]
+fn a_load_with_a_file_of_orders_is_checked_as_it_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(graphs("square.yaml"), folder.path().join("square.yaml")).expect("copied");
+    let scenario = folder.path().join("scenario.yaml");
+    let text = "graph: square.yaml\nrobots: [{count: 1, routes: none}]\n\
+                load:\n  generators:\n  - orders: day.csv\nplugins: [fleet-manager]\n";
+    std::fs::write(&scenario, text).expect("written");
+    let check = |day: &str| {
+        std::fs::write(folder.path().join("day.csv"), day).expect("written");
+        let output = regatta_graph(&["check"], Some(&scenario));
+        (output.status.success(), self::text(&output.stdout))
+    };
+    let (is_valid, printed) = check("from,to\n1,3\n");
+    assert!(is_valid && printed.contains("a scenario that can be run: 1 robot on"), "{printed}");
+    let (is_valid, printed) = check("from,to\n1,3\n1,Nowhere\n");
+    assert!(!is_valid && printed.contains("scenario.yaml:5: "), "{printed}");
+    assert!(printed.contains("line 3") && printed.contains("`Nowhere`"), "{printed}");
+
+    std::fs::write(folder.path().join("day.csv"), "from,to\n1,3\n").expect("written");
+    let output = regatta().arg("study").arg(&scenario).output().expect("regatta starts");
+    let message = self::text(&output.stderr);
+    assert!(message.contains("give --orders ") && message.contains("day.csv"), "{message}");
+    assert_eq!((message.lines().count(), output.stdout.is_empty()), (1, true), "{message}");
+}
+
+#[test]
 fn check_prints_json() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("bad.yaml");

@@ -78,6 +78,9 @@ pub struct Scenario {
     pub source: Source,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
+    /// The parts of these warnings that results rest on: speeds, edges, or who drives on them are
+    /// others than the layout's file says, or it doesn't say them.
+    pub assumptions: Vec<String>,
     /// Whether the file was a layout, so that the rest is that of the default scenario.
     pub is_default: bool,
 }

@@ -19,6 +19,8 @@ use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve}
 
 /// The largest number of warnings about the layout of a scenario.
 const MAX_WARNINGS: usize = 20;
+/// The largest number of assumptions of a layout that are told.
+const MAX_ASSUMPTIONS: usize = 6;
 
 impl Scenario {
     /// Reads a scenario and its graph.
@@ -170,7 +172,7 @@ impl Scenario {
         let all_turn = scenario.robot_types.iter().all(|kind| kind.max_rotation_speed > 0.0);
         let mut warnings = warnings_of_layout(&findings, all_turn);
         warnings.extend(scenario.warnings);
-        Ok(Scenario { warnings, ..scenario })
+        Ok(Scenario { warnings, assumptions: assumptions_of_layout(&findings), ..scenario })
     }
 }
 
@@ -189,6 +191,19 @@ fn warnings_of_layout(findings: &Findings, all_turn: bool) -> Vec<String> {
         warnings.push(format!("{file}: {count} more warnings: `regatta graph check` lists them"));
     }
     warnings
+}
+
+/// Returns the first assumptions of reading the layout, and the number of the others.
+fn assumptions_of_layout(findings: &Findings) -> Vec<String> {
+    let mut found =
+        findings.as_slice().iter().filter(|finding| finding.kind == FindingKind::Assumption);
+    let mut told: Vec<String> =
+        found.by_ref().take(MAX_ASSUMPTIONS).map(|finding| finding.message.clone()).collect();
+    match found.count() {
+        0 => {}
+        more => told.push(format!("{more} more, which `regatta graph check` lists")),
+    }
+    told
 }
 
 /// Returns the options of reading the layout of a scenario. Those of the command line override

@@ -84,6 +84,7 @@ pub(super) fn resolve(
         viewer: file.viewer,
         source,
         warnings,
+        assumptions: Vec::new(),
         is_default: false,
     })
 }

@@ -25,6 +25,10 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
     let mut caveats = Vec::new();
     for variant in &answer.variants {
         let name = prefix(variant);
+        if !variant.assumptions.is_empty() {
+            let assumed = variant.assumptions.join("; ");
+            caveats.push(format!("{name}**Assumed of the layout**: {assumed}."));
+        }
         for part in &variant.left_out {
             caveats.push(format!("{name}**Left out**: {part}."));
         }

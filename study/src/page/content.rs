@@ -1,6 +1,6 @@
 //! The content of the page, as blocks.
 
-use super::assumptions::{assumptions, repeat};
+use super::assumptions::{assumptions, of_type, repeat};
 use super::caveats::{caveats, has_findings, safety};
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
@@ -49,6 +49,7 @@ pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     if !answer.certificate.is_empty() {
         blocks
             .push(Block::Heading(2, format!("{}What the layout allows", first_of_several(answer))));
+        blocks.extend(of_type(answer).map(Block::Text));
         blocks.extend(answer.certificate.iter().cloned().map(Block::Text));
     }
     blocks.push(Block::Heading(2, "Method".to_owned()));

@@ -172,8 +172,11 @@ fn larger(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Option
     let larger =
         variant.points.iter().filter(|point| (knee.robots + 1..end).contains(&point.robots));
     let larger: Vec<&PointAnswer> = larger.collect();
-    if let Some(fewer) = larger.iter().find(|point| carries_fewer(point, knee)) {
-        return with_fewer_orders(fewer);
+    let mut fewer = larger.iter().filter(|point| carries_fewer(point, knee));
+    let first = fewer.clone().next();
+    // One that is less beyond chance says more.
+    if let Some(fewer) = fewer.find(|point| is_less(point, knee)).or(first) {
+        return with_fewer_orders(fewer, knee);
     }
     let numbers: Vec<u32> = larger.iter().map(|point| point.robots).collect();
     let tried = numbers_in_words(&numbers)?;
@@ -185,14 +188,20 @@ fn larger(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Option
 }
 
 /// Tells that a number of robots carries less than that of the knee, or may do so.
-fn with_fewer_orders(point: &PointAnswer) -> Option<String> {
+fn with_fewer_orders(point: &PointAnswer, knee: &KneeAnswer) -> Option<String> {
     let count = robots_in_words(point.robots);
     let orders = point.orders_per_hour?;
     let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
     let waits = format!("robots wait in traffic {waiting:.0} % of their time");
     let some = orders_in_words(point)?;
     Some(match orders.is_known() || (orders.mean == 0.0 && !has_too_few(point)) {
-        true => format!(" With {count}, it is less: {some} orders an hour; {waits}."),
+        true if is_less(point, knee) => {
+            format!(" With {count}, it is less: {some} orders an hour; {waits}.")
+        }
+        true => format!(
+            " With {count}, {some} orders an hour were measured: fewer on average, which may be \
+             chance; {waits}."
+        ),
         false => format!(" With {count}, the orders an hour are {some}; {waits}."),
     })
 }
@@ -339,6 +348,15 @@ fn known_orders(variant: &VariantAnswer, robots: u32) -> Option<Interval> {
 fn carries_fewer(point: &PointAnswer, knee: &KneeAnswer) -> bool {
     let orders = point.orders_per_hour.map_or(0.0, |interval| interval.mean);
     point.robots > knee.robots && orders < FEWER * knee.orders_per_hour.mean
+}
+
+/// Whether a number of robots carries less than that of the knee beyond chance: all of its interval
+/// is below all of that of the knee.
+fn is_less(point: &PointAnswer, knee: &KneeAnswer) -> bool {
+    let Some(orders) = &point.orders_per_hour else { return false };
+    let [half_width, of_knee] = [orders, &knee.orders_per_hour]
+        .map(|interval| interval.half_width.unwrap_or(f64::INFINITY));
+    orders.mean + half_width < knee.orders_per_hour.mean - of_knee
 }
 
 /// The answer if the largest number of robots carries the most.

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use serde::Serialize;
-use serde_json::Value;
 
 use super::scenario::{Load, Setup};
 use super::{PlanError, Variant};
@@ -12,6 +11,9 @@ use crate::job::{Ending, IN_TURN, Manager};
 
 /// The latest end of a day, in seconds: some 30 years, which no run takes.
 const LATEST_SECS: f64 = 1e9;
+
+/// The key of a load with the time until orders without a deadline must be finished.
+const DEADLINE: &str = "deadline";
 
 /// The time of day at which the runs of a day begin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -83,8 +85,16 @@ impl Day {
         (last_secs + self.shift_secs).min(LATEST_SECS).ceil() as u64
     }
 
-    fn load(&self, dwell: Option<Value>) -> Load {
-        let mut load = Load { dwell, ..Load::default() };
+    /// Returns the day as a load, with the times that a given one has for stops and orders without
+    /// any.
+    fn load(&self, given: Option<Load>) -> Load {
+        let mut load = Load::default();
+        if let Some(part) = given.as_ref().and_then(Load::part_with_file) {
+            load.dwell = part.dwell.clone();
+            let deadline = part.rest.get_key_value(DEADLINE);
+            load.rest.extend(deadline.map(|(key, value)| (key.clone(), value.clone())));
+        }
+        load.dwell = load.dwell.or_else(|| given?.dwell);
         load.rest.insert("timetable".to_owned(), self.timetable.clone().into());
         load.rest.insert("scale".to_owned(), self.scale.into());
         load.rest.insert("shift".to_owned(), self.shift_secs.into());
@@ -97,10 +107,10 @@ impl Variant {
     /// Replaces the load by the orders of a day.
     ///
     /// # Errors
-    /// [`PlanError::CutOffStop`] if a stop isn't on the roads that can be used, or as
+    /// [`PlanError::CutOffStops`] if a stop isn't on the roads that can be used, or as
     /// [`read`](Self::read).
     pub fn with_day(mut self, day: &Arc<Day>) -> Result<Self, PlanError> {
-        let dwell = self.setup.load.take().and_then(|load| load.dwell);
+        let given = self.setup.load.take();
         if self.is_load_made_up {
             if let Manager::BuiltIn(args) = &mut self.manager {
                 args.retain(|arg| arg != IN_TURN);
@@ -108,7 +118,7 @@ impl Variant {
             self.is_load_made_up = false;
         }
         self.other_stops = None;
-        self.setup = Setup { load: Some(day.load(dwell)), ..self.setup };
+        self.setup = Setup { load: Some(day.load(given)), ..self.setup };
         (self.load, self.day) = (day.in_words(), Some(Arc::clone(day)));
         self.set_roads()?;
         Ok(self)

@@ -1,8 +1,13 @@
 //! The scenario of a run: the keys that a study sets are typed, the others are passed on to the
 //! engine and the fleet manager as they are.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Number, Value};
+
+/// The key of a load with the name of a file of orders.
+const ORDERS: &str = "orders";
 
 /// The scenario of a job, as its file holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -150,8 +155,30 @@ impl Load {
 
     /// Whether it or one of its generators reads a file of orders.
     pub fn names_a_file(&self) -> bool {
-        let mut generators = self.generators.iter().flatten();
-        self.rest.contains_key("orders") || generators.any(Self::names_a_file)
+        self.part_with_file().is_some()
+    }
+
+    /// Returns the part that reads a file of orders: it, or one of its generators.
+    pub(super) fn part_with_file(&self) -> Option<&Self> {
+        if self.rest.contains_key(ORDERS) {
+            return Some(self);
+        }
+        self.generators.iter().flatten().find_map(Self::part_with_file)
+    }
+
+    /// Returns the option that gives the file of orders that the load names, which lies in a
+    /// folder, with those for its other keys; `None` if it names none.
+    pub(super) fn orders_option(&self, folder: &Path) -> Option<String> {
+        let part = self.part_with_file()?;
+        let path = folder.join(plain(part.rest.get(ORDERS)?));
+        let mut option = path.display().to_string();
+        for key in ["scale", "shift", "resample"] {
+            if let Some(value) = part.rest.get(key) {
+                let unit = if key == "scale" { "" } else { "s" };
+                option += &format!(" --{key} {}{unit}", plain(value));
+            }
+        }
+        Some(option)
     }
 
     /// Sets the dwell time of all generators.
@@ -165,4 +192,9 @@ impl Load {
             None => self.dwell = Some(dwell.clone()),
         }
     }
+}
+
+/// Returns a value as a text, without the quotation marks of JSON.
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

@@ -39,6 +39,8 @@ pub struct Variant {
     pub left_out_stops: BTreeSet<u32>,
     /// The reason why made-up orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
+    /// The assumptions of reading the layout, in words.
+    pub assumptions: Vec<String>,
     /// The whole layout.
     whole: Arc<RouteGraph>,
     /// The files of the fleet manager that a study doesn't read, in words.
@@ -117,6 +119,7 @@ impl Variant {
             left_out: Vec::new(),
             left_out_stops: BTreeSet::new(),
             other_stops: None,
+            assumptions: read.assumptions,
             whole: read.graph,
             unread: unread_files(&plugins),
             manager: Manager::BuiltIn(kept_arguments(&plugins)),
@@ -136,8 +139,13 @@ impl Variant {
     /// Checks the variant as the engine will, with one robot.
     ///
     /// # Errors
+    /// [`PlanError::FileOfOrders`] if its load names a file, which jobs don't have, and
     /// [`PlanError::Variant`] if the engine would refuse it.
     pub fn check(&self, rate_hz: u32) -> Result<(), PlanError> {
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        if let Some(orders) = self.setup.load.as_ref().and_then(|load| load.orders_option(folder)) {
+            return Err(PlanError::FileOfOrders { file: self.file.clone(), orders });
+        }
         let job = self.job("layout.yaml", 1, 1, RunTime { secs: 1, rate_hz }, "");
         let checked = Scenario::from_texts(
             &job.scenario_text(),
@@ -215,14 +223,27 @@ impl Variant {
     /// Returns the largest robot type in use, as certificates of traffic describe it; the default
     /// one, which never turns on the spot, of a scenario without types.
     pub fn robot(&self) -> traffic::RobotType {
-        let mut largest: Option<traffic::RobotType> = None;
+        self.robot_of(self.largest().name.as_deref())
+    }
+
+    /// Returns the name of that type if there are several in use: `type amr, the largest …`.
+    pub fn robot_in_words(&self) -> Option<String> {
+        let name = self.type_of(self.largest().name.as_deref()).map(|kind| &kind.name)?;
+        let types = self.types.len();
+        (types > 1).then(|| format!("type `{name}`, the largest of {types} in use"))
+    }
+
+    /// Returns the type in use with the largest footprint, the first one of equal ones.
+    fn largest(&self) -> TypeShare {
+        let mut largest: Option<(f64, &TypeShare)> = None;
         for share in &self.types {
-            let robot = self.robot_of(share.name.as_deref());
-            if largest.is_none_or(|largest| area(&robot) >= area(&largest)) {
-                largest = Some(robot);
+            let area = area(&self.robot_of(share.name.as_deref()));
+            if largest.is_none_or(|(most, _)| area > most) {
+                largest = Some((area, share));
             }
         }
-        largest.unwrap_or_default()
+        let default = TypeShare { name: None, weight: 1.0 };
+        largest.map_or(default, |(_, share)| share.clone())
     }
 
     /// Returns the robot types in use, with their numbers in a fleet.

@@ -25,6 +25,9 @@ pub enum FindingKind {
     General,
     /// Robots with a rotation speed turn at nodes: irrelevant if all robots have one.
     TurnsAtNodes,
+    /// Speeds, edges, or who drives on them are others than the file says, or it doesn't say them:
+    /// results rest on it.
+    Assumption,
 }
 
 /// The part of the file that a finding is about.
@@ -221,6 +224,12 @@ impl<'text> Report<'text> {
     /// Adds a warning about the file as a whole.
     pub fn file_warning(&mut self, at: u32, message: impl Into<String>) {
         self.warning(at, Subject::File, message);
+    }
+
+    /// Adds a warning about the file as a whole that results rest on.
+    pub fn assumption(&mut self, at: u32, message: impl Into<String>) {
+        let kind = FindingKind::Assumption;
+        self.add_kind(kind, Severity::Warning, at, Subject::File, message.into());
     }
 
     /// Returns the line, from 1, of a byte offset.

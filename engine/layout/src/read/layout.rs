@@ -395,5 +395,5 @@ fn warn_of_unknown_speeds<'a>(
     };
     let message =
         format!("{who} no speed limit: {DEFAULT_SPEED} m/s is used; robot types limit it further");
-    report.file_warning(first.at, message);
+    report.assumption(first.at, message);
 }

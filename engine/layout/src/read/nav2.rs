@@ -102,7 +102,7 @@ impl Count {
             1 => String::new(),
             count => format!(" and {} more", count - 1),
         };
-        report.file_warning(at, format!("edge `{}`{others}: {what}", shorten(&id)));
+        report.assumption(at, format!("edge `{}`{others}: {what}", shorten(&id)));
     }
 }
 

@@ -111,7 +111,7 @@ impl Load {
     /// [`FileError`] if it can't be read or has an error.
     pub fn read(path: &Path, places: &Places) -> Result<Self, FileError> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::parse_in(Some(folder), &text_of(path)?, places)
+        Self::parse_beside(Some(folder), &text_of(path)?, places)
             .map_err(|error| FileError::Invalid { path: path.to_owned(), error })
     }
 
@@ -120,10 +120,19 @@ impl Load {
     /// # Errors
     /// [`yaml::Error`] for the first thing that is wrong.
     pub fn parse(text: &str, places: &Places) -> Result<Self, yaml::Error> {
-        Self::parse_in(None, text, places)
+        Self::parse_beside(None, text, places)
     }
 
-    fn parse_in(folder: Option<&Path>, text: &str, places: &Places) -> Result<Self, yaml::Error> {
+    /// Parses the load of a text, whose files of orders lie in a folder; without one, it can't name
+    /// files.
+    ///
+    /// # Errors
+    /// [`yaml::Error`] for the first thing that is wrong, in the text or in a file.
+    pub fn parse_beside(
+        folder: Option<&Path>,
+        text: &str,
+        places: &Places,
+    ) -> Result<Self, yaml::Error> {
         let document = yaml::parse(text)?;
         let fields = document.all_fields()?;
         load(fields.get("load").unwrap_or(&document), folder, places)

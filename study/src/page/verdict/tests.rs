@@ -107,6 +107,22 @@ fn a_throughput_with_an_interval_beyond_it_is_not_known() {
 }
 
 #[test]
+fn fewer_orders_within_chance_are_no_fact() {
+    let said = |orders: [f64; 2]| {
+        said(&answer("1,2,4", |robots, seed| match robots {
+            4 => Ok(measured(orders[seed as usize - 1])),
+            _ => Ok(measured(f64::from(robots) * 20.0)),
+        }))
+    };
+    // 40.0 ± 1.0 with 2 robots; 19.9 and 20.1 are 20.0 ± 1.3, and 28 and 32 are 30.0 ± 25.4.
+    let clear = said([19.9, 20.1]);
+    assert!(clear.contains("With 4 robots, it is less: 20.0 ± 1."), "{clear}");
+    let chance = said([28.0, 32.0]);
+    assert!(chance.contains("With 4 robots, 30.0 ± 25.4 orders an hour were measured"), "{chance}");
+    assert!(chance.contains("may be chance") && !chance.contains("it is less"), "{chance}");
+}
+
+#[test]
 fn a_range_says_what_larger_numbers_bring() {
     let said = said(&answer("1,2,3,4,8", |robots, _| match robots {
         8 => Ok(stalled(StallKind::Livelock, vec![0, 1], 5.0)),
@@ -186,7 +202,7 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
     };
     assert!(limit(0.31, 1, 0.42).contains("**The load is the limit**: 2 robots had an order 31 %"));
     assert!(limit(0.9, 1, 0.0).contains("**The load is the limit**: 2 robots had an order 90 %"));
-    assert_eq!(limit(0.9, 2, 0.0), "", "more orders wait than the robots carry");
+    assert!(!limit(0.9, 2, 0.0).contains("is the limit"), "more orders wait than the robots carry");
     let charging = limit(0.31, 9, 0.42);
     assert!(
         charging.contains(
@@ -195,6 +211,24 @@ fn the_load_is_the_limit_only_if_all_of_it_is_carried() {
         "{charging}"
     );
     assert!(limit(0.31, 9, 0.0).contains("**Orders waited**: 2 robots"));
+}
+
+#[test]
+fn what_the_layout_allows_names_its_robots_and_what_was_assumed_of_it() {
+    let types = "robot_types: [{name: small, length: 0.5, width: 0.4, max_speed: 1}, {name: large, \
+                 length: 1.2, width: 0.8, max_speed: 1}]\n";
+    let page = |robots: &str| {
+        let plan = plan_of("1,2", &format!("{types}robots: [{robots}]\n"));
+        let answer = answer_to(plan, |robots, _| Ok(measured(f64::from(robots) * 20.0)));
+        (crate::page::markdown(&blocks(&answer)), caveats(&answer).join("\n"))
+    };
+    let small = "{count: 1, type: small, routes: none}";
+    let (both, assumed) = page(&format!("{small}, {{count: 1, type: large, routes: none}}"));
+    let row = "3 nodes and 3 edges. For robots of type `large`, the largest of 2 in use: ";
+    assert!(both.contains(row), "{both}");
+    assert!(!page(small).0.contains("For robots of type"), "{}", page(small).0);
+    let speeds = "**Assumed of the layout**: 3 edges have no speed limit: 1 m/s is used";
+    assert!(assumed.contains(speeds), "{assumed}");
 }
 
 #[test]

@@ -23,8 +23,8 @@ impl Variant {
     /// the load names.
     ///
     /// # Errors
-    /// [`PlanError::NoWayBack`] if robots can't come back anywhere, or as
-    /// [`keep_load`](Self::keep_load).
+    /// [`PlanError::NoWayBack`] if robots can't come back anywhere, [`PlanError::NoStation`] if they
+    /// can't to any station of a role that the load names, or as [`keep_load`](Self::keep_load).
     pub(in crate::plan) fn set_roads(&mut self) -> Result<(), PlanError> {
         let mut named = self.setup.load.as_ref().map(named_labels).unwrap_or_default();
         named.extend(self.day.iter().flat_map(|day| day.stops.iter().cloned()));
@@ -42,7 +42,8 @@ impl Variant {
         self.left_out.extend_from_slice(&self.unread);
         self.graph = Arc::new(main.graph);
         self.keep_day(&labels, &main.cut_off)?;
-        self.keep_load(&labels)
+        self.keep_load(&labels)?;
+        self.check_roles()
     }
 
     /// Changes edges of the layout, by their ids.
@@ -83,16 +84,41 @@ impl Variant {
         cut_off: &BTreeMap<NodeIndex, CutOff>,
     ) -> Result<(), PlanError> {
         let Some(day) = &self.day else { return Ok(()) };
-        let Some(stop) = day.stops.intersection(left_out).next() else { return Ok(()) };
-        let nodes = nodes_of(&self.whole, &BTreeSet::from([stop.clone()]));
-        let found = nodes.iter().find_map(|node| cut_off.get(node));
-        Err(PlanError::CutOffStop {
-            day: day.file.clone(),
-            stop: stop.clone(),
+        let mut stops = Vec::new();
+        for stop in day.stops.intersection(left_out) {
+            let nodes = nodes_of(&self.whole, &BTreeSet::from([stop.clone()]));
+            let found = nodes.iter().find_map(|node| cut_off.get(node));
             // No node serves a station without one.
-            cut_off: found.copied().unwrap_or(CutOff::Apart),
-            file: self.file.clone(),
-        })
+            stops.push((stop.clone(), found.copied().unwrap_or(CutOff::Apart)));
+        }
+        match stops.is_empty() {
+            true => Ok(()),
+            false => Err(PlanError::CutOffStops {
+                day: day.file.clone(),
+                stops,
+                file: self.file.clone(),
+            }),
+        }
+    }
+
+    /// Checks that a load that was given still has nodes of the roles that it names as stops.
+    ///
+    /// # Errors
+    /// [`PlanError::NoStation`] for the first role without a node.
+    fn check_roles(&self) -> Result<(), PlanError> {
+        let Some(load) = self.setup.load.as_ref().filter(|_| !self.is_load_made_up) else {
+            return Ok(());
+        };
+        let (named, groups) = (named_labels(load), group_names(load));
+        let [whole, kept] = [&self.whole, &self.graph].map(|graph| graph.purposes());
+        for role in [Role::Pick, Role::Drop, Role::Park, Role::Charge] {
+            let name = role.name();
+            let is_lost = has_role(&whole, role) && !has_role(&kept, role);
+            if is_lost && named.contains(name) && !groups.contains(name) {
+                return Err(PlanError::NoStation { file: self.file.clone(), role: name });
+            }
+        }
+        Ok(())
     }
 
     /// Takes nodes that are left out, by their names and ids, out of the groups of the load.
@@ -173,6 +199,23 @@ fn add_labels(nodes: &Value, labels: &mut BTreeSet<String>) {
     }
 }
 
+/// Whether any node has a role. Loads are picked up and dropped where robots transfer them.
+fn has_role(purposes: &[Role], role: Role) -> bool {
+    purposes.iter().any(|purpose| match role {
+        Role::Pick => purpose.is_pick(),
+        Role::Drop => purpose.is_drop(),
+        _ => *purpose == role,
+    })
+}
+
+/// Returns the names of the groups of nodes of a load.
+fn group_names(load: &Load) -> BTreeSet<String> {
+    match load.rest.get("groups") {
+        Some(Value::Object(groups)) => groups.keys().cloned().collect(),
+        _ => BTreeSet::new(),
+    }
+}
+
 /// Takes nodes out of a load. Returns the generators that have lost all of their stops, in words:
 /// they are taken out, too.
 fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Lost> {
@@ -181,10 +224,7 @@ fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Lo
             prune_list(&format!("group {name}"), nodes, left_out)?;
         }
     }
-    let groups: BTreeSet<String> = match load.rest.get("groups") {
-        Some(Value::Object(groups)) => groups.keys().cloned().collect(),
-        _ => BTreeSet::new(),
-    };
+    let groups = group_names(load);
     prune_stops(load, &groups, left_out)?;
     let Some(generators) = &mut load.generators else { return Ok(Vec::new()) };
     let (mut kept, mut lost, mut error) = (Vec::new(), Vec::new(), None);

@@ -82,7 +82,8 @@ impl Variant {
 
     fn set_layout(&mut self, path: &Path, options: &ReadOptions) -> Result<(), PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
-        self.whole = Scenario::read(path, &overrides)?.graph;
+        let read = Scenario::read(path, &overrides)?;
+        (self.whole, self.assumptions) = (read.graph, read.assumptions);
         self.file = path.to_owned();
         self.set_roads()?;
         // Its stations are other ones.

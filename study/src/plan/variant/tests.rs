@@ -1,5 +1,3 @@
-use std::collections::BTreeSet;
-
 use serde_json::{Value, json};
 
 use super::*;
@@ -52,7 +50,7 @@ fn stations_that_nobody_reaches_are_left_out_by_name() {
 }
 
 #[test]
-fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
+fn a_day_whose_stops_lack_a_way_names_each_with_the_way_that_is_missing() {
     let day = |stop: &str| {
         let plant = "id,x,y,name,role\nA,0,0,In,pick\nB,9,0,Out,drop\nC,9,9,Trap,drop\n\
                      D,0,9,Far,\n\n\
@@ -60,7 +58,7 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
         let day = Day {
             file: "day.csv".to_owned(),
             timetable: String::new(),
-            stops: BTreeSet::from(["In".to_owned(), "Out".to_owned(), stop.to_owned()]),
+            stops: ["In", "Out"].into_iter().chain(stop.split(',')).map(str::to_owned).collect(),
             orders: 2,
             has_dwell: false,
             clock: None,
@@ -82,6 +80,12 @@ fn a_day_whose_stop_lacks_a_way_names_the_way_that_is_missing() {
     assert!(reason("Trap").contains("serve the station Trap of"), "{}", reason("Trap"));
     assert!(reason("C").contains("as no way leads back from it"), "{}", reason("C"));
     assert!(reason("Far").contains("as no way leads to it"), "{}", reason("Far"));
+    let both = reason("Trap,Far");
+    assert!(
+        both.contains("(Far, as no way leads to it from the main part; Trap, as no way"),
+        "{both}"
+    );
+    assert!(both.contains("connect them") && !both.contains('\n'), "{both}");
 }
 
 #[test]
@@ -296,4 +300,53 @@ fn robots_are_shared_out_among_the_types() {
         |robots| -> Vec<u32> { variant.groups(robots).iter().map(|group| group.count).collect() };
     assert_eq!((counts(1), counts(3), counts(15)), (vec![1], vec![2, 1], vec![10, 5]));
     assert_eq!(counts(1510), [1000, 500, 10]);
+}
+
+/// Writes a scenario on the ring, and reads it.
+fn on_ring(text: &str) -> Variant {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("ring.csv"), RING).expect("written");
+    let path = folder.path().join("s.yaml");
+    std::fs::write(&path, format!("graph: ring.csv\n{text}")).expect("written");
+    Variant::read(&path, &ReadOptions::default()).expect("a variant")
+}
+
+#[test]
+fn closed_edges_that_cut_the_last_station_to_pick_off_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Edges 1 and 2 lead to the station to pick at and back.
+    let layout = "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,drop\n\n\
+                  id,from,to\n1,A,B\n2,B,A\n3,B,C\n4,C,B\n";
+    std::fs::write(folder.path().join("plant.csv"), layout).expect("written");
+    let path = folder.path().join("s.yaml");
+    let text = "graph: plant.csv\nrobots: [{count: 2, routes: none}]\n\
+                load: {generators: [{per_hour: 60, from: pick, to: drop}]}\n";
+    std::fs::write(&path, text).expect("written");
+    let base = Variant::read(&path, &ReadOptions::default()).expect("a variant");
+    let closed = |edges: Value| {
+        let closed = base.clone().with(Setting::Closed, &edges, &ReadOptions::default());
+        closed.map(drop).map_err(|error| error.with_name("closed").to_string())
+    };
+    assert_eq!(closed(json!([])), Ok(()));
+    let error = closed(json!([2])).expect_err("no station to pick at");
+    assert!(error.starts_with("with closed: "), "{error}");
+    assert!(error.contains("s.yaml: load: no station to pick is left"), "{error}");
+}
+
+#[test]
+fn a_load_that_names_a_file_of_orders_tells_the_option_for_it() {
+    let variant = on_ring(
+        "robots: [{count: 2, routes: none}]\n\
+         load: {generators: [{orders: day.csv, scale: 1.2, dwell: 7, deadline: 900}]}\n",
+    );
+    let error = variant.check(10).expect_err("a file of orders").to_string();
+    assert!(error.contains("s.yaml: load: ") && !error.contains('\n'), "{error}");
+    assert!(error.contains("day.csv --scale 1.2, which takes the place"), "{error}");
+
+    // What the load says of orders without times holds for those of the option.
+    let day = Day { file: "day.csv".to_owned(), scale: 1.2, ..Day::default() };
+    let with_day = variant.with_day(&Arc::new(day)).expect("a day");
+    let load = &setup(&with_day)["load"];
+    assert_eq!((&load["dwell"], &load["deadline"]), (&json!(7), &json!(900)), "{load}");
+    with_day.check(10).expect("no file is named");
 }

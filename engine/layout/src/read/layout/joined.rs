@@ -104,7 +104,7 @@ fn leave_out(
         more => format!(" (and {})", plural(more, "more edge")),
     };
     let LayoutEdge { at, id, .. } = &layout.edges[first];
-    report.file_warning(*at, format!("edge `{}` {reason}{more}: left out", shorten(id)));
+    report.assumption(*at, format!("edge `{}` {reason}{more}: left out", shorten(id)));
 }
 
 /// The nodes that are joined with others: by index, with the node that is kept.

@@ -38,7 +38,7 @@ impl<'text> Reader<'_, '_, 'text> {
         });
         let ends = [start, end].map(|node| self.node_ids.resolve(node, layout));
         let [Target::Known(origin), Target::Known(destination)] = ends else {
-            context.note(at, "an edge leads to a layout that isn't read: left out");
+            context.assume(at, "an edge leads to a layout that isn't read: left out");
             return None;
         };
         let (choice, types) = self.vehicles.choose(&mut object, &OF_EDGES, context);
@@ -52,7 +52,7 @@ impl<'text> Reader<'_, '_, 'text> {
             Choice::Some(properties) => Some(read_properties(edge, properties, context)),
             Choice::Empty => Some((edge, Role::None)),
             Choice::Others => {
-                context.note(at, "an edge isn't for the chosen vehicle type: left out");
+                context.assume(at, "an edge isn't for the chosen vehicle type: left out");
                 None
             }
         }
@@ -69,7 +69,7 @@ fn read_properties<'text>(
         .take_number("maxSpeed", context)
         .or_else(|| object.take_number("maximumSpeed", context));
     if speed.is_some_and(|speed| speed <= 0.0) {
-        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: read as no limit");
+        context.assume(edge.at, "`maxSpeed` of an edge isn't above 0: read as no limit");
     }
     edge.speed = speed.filter(|speed| *speed > 0.0);
     edge.orientation = orientation(&mut object, &mut edge.tags, edge.at, context);

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use crate::model::finding::Report;
+use crate::model::finding::{FindingKind, Report, Severity, Subject};
 use crate::model::tags::Tags;
 use crate::read::file::{Ignored, offset_of};
 
@@ -15,12 +15,21 @@ pub(super) struct Context<'r, 'text> {
     pub text: &'text str,
     pub report: &'r mut Report<'text>,
     pub ignored: Ignored,
-    /// By message: the byte offset of its first occurrence, and the number of occurrences.
-    notes: BTreeMap<Cow<'static, str>, (u32, usize)>,
+    /// By message.
+    notes: BTreeMap<Cow<'static, str>, Note>,
 }
 
 /// A list or an object that isn't parsed yet.
 pub(super) type Raw<'text> = &'text RawValue;
+
+/// A warning that is reported once.
+struct Note {
+    kind: FindingKind,
+    /// The byte offset of the first occurrence.
+    at: u32,
+    /// The number of occurrences.
+    count: usize,
+}
 
 impl<'r, 'text> Context<'r, 'text> {
     pub fn new(text: &'text str, report: &'r mut Report<'text>) -> Self {
@@ -42,14 +51,24 @@ impl<'r, 'text> Context<'r, 'text> {
 
     /// Adds a warning, which is reported once with its number of occurrences.
     pub fn note(&mut self, at: u32, message: impl Into<Cow<'static, str>>) {
-        self.notes.entry(message.into()).or_insert((at, 0)).1 += 1;
+        self.add_note(FindingKind::General, at, message.into());
+    }
+
+    /// Adds a warning that results rest on, which is reported once with its number of occurrences.
+    pub fn assume(&mut self, at: u32, message: impl Into<Cow<'static, str>>) {
+        self.add_note(FindingKind::Assumption, at, message.into());
+    }
+
+    fn add_note(&mut self, kind: FindingKind, at: u32, message: Cow<'static, str>) {
+        self.notes.entry(message).or_insert(Note { kind, at, count: 0 }).count += 1;
     }
 
     /// Reports all notes and ignored keys.
     pub fn finish(self) {
-        for (message, (at, count)) in self.notes {
+        for (message, Note { kind, at, count }) in self.notes {
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            self.report.file_warning(at, format!("{message}{times}"));
+            let message = format!("{message}{times}");
+            self.report.add_kind(kind, Severity::Warning, at, Subject::File, message);
         }
         self.ignored.report(self.report);
     }

@@ -112,7 +112,7 @@ impl<'a> Vehicles<'a> {
                  a type with --vehicle-type",
                 shorten(first)
             );
-            context.note(context.at(raw), message);
+            context.assume(context.at(raw), message);
         }
         let names = TypeNames::of(&types, &list, index.unwrap_or(0));
         let choice = match index {
@@ -150,7 +150,7 @@ impl<'a> Vehicles<'a> {
                 "vehicle types differ in their properties here: those of `{used}` are used if \
                  there are any; choose a type with --vehicle-type"
             );
-            context.note(at, message);
+            context.assume(at, message);
         }
     }
 }

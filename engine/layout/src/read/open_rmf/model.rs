@@ -308,7 +308,7 @@ impl Lane {
                     "`speed_limit` is `{}`: no limit is used; give metres per second",
                     shorten(text)
                 );
-                report.file_warning(self.at, message);
+                report.assumption(self.at, message);
                 None
             }
         }
@@ -324,7 +324,7 @@ impl Lane {
                      backward",
                     shorten(other)
                 );
-                report.file_warning(self.at, message);
+                report.assumption(self.at, message);
                 Orientation::Tangential
             }
         }
