@@ -71,7 +71,10 @@ struct TypeShare {
 pub struct FleetType {
     /// The name; `None` of a scenario without types.
     pub name: Option<String>,
-    /// The length and the width of its robots, in metres.
+    /// The outline of its robots.
+    #[serde(rename = "shape")]
+    pub outline: traffic::Outline,
+    /// The length and the width of its robots, in metres; of circles, the diameter twice.
     pub size: [f64; 2],
     /// Their largest speed in metres per second; `None` without a limit of their own.
     pub max_speed: Option<f64>,
@@ -218,7 +221,7 @@ impl Variant {
         let mut largest: Option<traffic::RobotType> = None;
         for share in &self.types {
             let robot = self.robot_of(share.name.as_deref());
-            if largest.is_none_or(|largest| area(&robot) >= area(&largest)) {
+            if largest.is_none_or(|largest| robot.area() >= largest.area()) {
                 largest = Some(robot);
             }
         }
@@ -236,6 +239,7 @@ impl Variant {
             let count = groups.iter().flatten().find(|group| group.robot_type == share.name);
             types.push(FleetType {
                 name,
+                outline: robot.outline(),
                 size: [robot.length(), robot.width()],
                 max_speed: self.type_of(share.name.as_deref()).and_then(RobotType::max_speed),
                 robots: robots.map(|_| count.map_or(0, |group| group.count)),
@@ -265,8 +269,12 @@ impl Variant {
             true => Turning::OnTheSpot,
             false => Turning::Never,
         };
+        let robot = match kind.is_some_and(RobotType::is_round) {
+            true => traffic::RobotType::round(length, turning),
+            false => traffic::RobotType::new(length, width, turning),
+        };
         // The scenario was checked: its types have sizes within the range.
-        traffic::RobotType::new(length, width, turning).unwrap_or(default)
+        robot.unwrap_or(default)
     }
 
     /// Returns the largest width of the robot types, in metres.
@@ -353,10 +361,6 @@ impl Variant {
             args.push(IN_TURN.to_owned());
         }
     }
-}
-
-fn area(robot: &traffic::RobotType) -> f64 {
-    robot.length() * robot.width()
 }
 
 /// Returns the robot types of a scenario's groups, with the numbers of their robots.
