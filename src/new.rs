@@ -150,9 +150,8 @@ fn allowed(graph: &RouteGraph, options: &ReadOptions) -> String {
         return String::new();
     }
     let robot = RobotType::of_layout(graph, options);
-    let (length, width) = (robot.length(), robot.width());
     let certificate = Certificate::new(graph, &robot);
-    let mut text = format!("\n## What the layout allows robots of {length} m × {width} m\n\n");
+    let mut text = format!("\n## What the layout allows {}\n\n", robot.in_words());
     for sentence in certificate.sentences(graph, MOST_REMARKS) {
         text += &format!("- {sentence}\n");
     }

@@ -71,9 +71,12 @@ impl TrafficArgs {
     }
 
     fn robot_like(&self, default: RobotType) -> Result<RobotType, RobotTypeError> {
+        let turning = if self.no_turns { Turning::Never } else { default.turning() };
+        if !self.has_size() {
+            return Ok(default.with_turning(turning));
+        }
         let (length, width) =
             (self.length.unwrap_or(default.length()), self.width.unwrap_or(default.width()));
-        let turning = if self.no_turns { Turning::Never } else { default.turning() };
         RobotType::new(length, width, turning)
     }
 }
@@ -97,19 +100,19 @@ impl From<RobotType> for NamedRobot {
 /// Returns an error if it is too large or too small for a certificate.
 fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
     let in_use: BTreeSet<u16> = scenario.groups.iter().map(|group| group.robot_type).collect();
-    let types = in_use.iter().filter_map(|&index| scenario.robot_types.get(index as usize));
-    let largest = types.rev().max_by(|a, b| area(a).total_cmp(&area(b)));
-    let Some(largest) = largest else { return Ok(RobotType::default().into()) };
+    let mut largest: Option<(RobotType, &str)> = None;
+    for kind in in_use.iter().filter_map(|&index| scenario.robot_types.get(index as usize)) {
+        let robot = kind.in_traffic()?;
+        if largest.is_none_or(|(largest, _)| robot.area() > largest.area()) {
+            largest = Some((robot, &kind.name));
+        }
+    }
+    let Some((robot, name)) = largest else { return Ok(RobotType::default().into()) };
     let others = match in_use.len() {
         1 => String::new(),
         types => format!(", the largest of {types} in use"),
     };
-    let name = Some(format!("type `{}`{others}", largest.name));
-    Ok(NamedRobot { robot: largest.in_traffic()?, name })
-}
-
-fn area(robot: &regatta_scenario::RobotType) -> f32 {
-    robot.length * robot.width
+    Ok(NamedRobot { robot, name: Some(format!("type `{name}`{others}")) })
 }
 
 /// What a layout allows robots.
@@ -150,9 +153,8 @@ impl Traffic {
         };
         let name = name.as_ref().map_or_else(String::new, |name| format!("{name}; "));
         let mut lines = vec![format!(
-            "traffic of robots of {} m × {} m {turns} ({name}--length, --width, --no-turns):",
-            robot.length(),
-            robot.width()
+            "traffic of {} {turns} ({name}--length, --width, --no-turns):",
+            robot.in_words()
         )];
         for remarks in self.remarks.chunk_by(|a, b| a.0.topic == b.0.topic) {
             let shown = remarks.iter().take(MOST_LINES);

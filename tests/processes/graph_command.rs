@@ -442,7 +442,9 @@ fn traffic_is_examined_for_the_robots_that_are_given() {
     let args = ["check", "--traffic", "--json", "--length", "1.2", "--width", "0.8", "--no-turns"];
     let checked: serde_json::Value =
         serde_json::from_slice(&regatta_graph(&args, Some(&comb)).stdout).expect("JSON");
-    let robot = serde_json::json!({"length": 1.2, "width": 0.8, "turning": "never"});
+    let robot = serde_json::json!({
+        "shape": "rectangle", "length": 1.2, "width": 0.8, "turning": "never",
+    });
     assert_eq!(checked["traffic"]["robot"], robot);
     let remarks = checked["traffic"]["remarks"].as_array().expect("a list");
     let dead_ends = remarks.iter().filter(|remark| remark["topic"] == "dead-end");
@@ -501,6 +503,27 @@ fn a_scenario_is_examined_for_the_largest_robots_in_use() {
     let given = ["check", "--traffic", "--length", "0.7"];
     let printed = text(&regatta_graph(&given, Some(&file)).stdout);
     assert!(printed.contains("0.7 m × 0.8 m") && !printed.contains("tugger"), "{printed}");
+}
+
+#[test]
+fn round_robots_are_examined_as_discs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("round.yaml");
+    let scenario = format!(
+        "graph: {}\nrate: 50\nrobot_types:\n- {{name: disc, shape: circle, length: 0.9}}\n\
+         robots:\n- {{count: 1, routes: random}}\n",
+        graphs("square.yaml").display()
+    );
+    std::fs::write(&file, scenario).expect("a file");
+    let printed = text(&regatta_graph(&["check", "--traffic"], Some(&file)).stdout);
+    let expected = "traffic of round robots of 0.9 m that never turn on the spot (type `disc`; ";
+    assert!(printed.contains(expected), "{printed}");
+    let checked = regatta_graph(&["check", "--traffic", "--json"], Some(&file)).stdout;
+    let checked: serde_json::Value = serde_json::from_slice(&checked).expect("JSON");
+    let robot = serde_json::json!({
+        "shape": "circle", "length": 0.9, "width": 0.9, "turning": "never",
+    });
+    assert_eq!(checked["traffic"]["robot"], robot);
 }
 
 #[test]

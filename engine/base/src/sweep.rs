@@ -1,7 +1,7 @@
 //! The space that robots sweep along curves, and the stretches of two curves on which they touch.
 //!
 //! ```
-//! use glam::{DVec2, vec2};
+//! use glam::DVec2;
 //! use regatta_base::bezier::CubicBezier;
 //! use regatta_base::sweep::{BodyHeading, Footprint, Outlines, Sweep, touching};
 //!
@@ -9,7 +9,7 @@
 //! let north = CubicBezier::straight(DVec2::new(0.0, -5.0), DVec2::new(0.0, 5.0));
 //! let sweeps = [east, north]
 //!     .map(|curve| Sweep::new(BodyHeading::Tangential, [curve.control_points]));
-//! let robot = Footprint { half: vec2(0.45, 0.3) };
+//! let robot = Footprint::rectangle(0.9, 0.6);
 //! let outlines = sweeps.each_ref().map(|sweep| Outlines::new(sweep.boxes(), &robot));
 //! let crossing = touching(&outlines[0], &outlines[1]).expect("the roads cross");
 //! assert!(crossing.own.contains(5.0) && !crossing.own.contains(3.0));

@@ -59,7 +59,7 @@ use self::network::{Network, Search};
 pub use self::parts::{Cause, CutOff, Part};
 pub use self::report::{Remark, Topic};
 pub use self::rings::{MOST_RINGS, Others, Rings};
-pub use self::robot::{RobotType, RobotTypeError, Turning};
+pub use self::robot::{Outline, RobotType, RobotTypeError, Turning};
 pub use self::room::{Certainty, Count};
 pub use self::sections::{Exchange, Section, SectionKind, Shape};
 pub use self::slow::{SlowLeg, WALK};

@@ -174,7 +174,8 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
         }
         (Shape::Circle, _) => length,
     };
-    certificate_type(length, width, max_rotation_speed).map_err(|error| error.to_string())?;
+    certificate_type(entry.shape, [length, width], max_rotation_speed)
+        .map_err(|error| error.to_string())?;
     if let Some(battery) = &entry.battery {
         battery.check()?;
     }
@@ -191,15 +192,20 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
     })
 }
 
-/// Returns the type as certificates of traffic describe it, which have the range of sizes.
+/// Returns the type as certificates of traffic describe it, which have the range of sizes. The
+/// sizes are the length and the width in metres.
 fn certificate_type(
-    length: f32,
-    width: f32,
+    shape: Shape,
+    sizes: [f32; 2],
     max_rotation_speed: f32,
 ) -> Result<traffic::RobotType, traffic::RobotTypeError> {
     let turns = max_rotation_speed > 0.0;
     let turning = if turns { traffic::Turning::OnTheSpot } else { traffic::Turning::Never };
-    traffic::RobotType::new(micrometres(length), micrometres(width), turning)
+    let [length, width] = sizes.map(micrometres);
+    match shape {
+        Shape::Rectangle => traffic::RobotType::new(length, width, turning),
+        Shape::Circle => traffic::RobotType::round(length, turning),
+    }
 }
 
 /// Rounds metres to micrometres: 0.9 in single precision is 0.9 then.
@@ -208,12 +214,12 @@ fn micrometres(metres: f32) -> f64 {
 }
 
 impl RobotType {
-    /// Returns the type for a certificate of traffic; a circle counts as the square around it.
+    /// Returns the type for a certificate of traffic.
     ///
     /// # Errors
     /// If a side is out of range, which no type of a scenario is.
     pub fn in_traffic(&self) -> Result<traffic::RobotType, traffic::RobotTypeError> {
-        certificate_type(self.length, self.width, self.max_rotation_speed)
+        certificate_type(self.shape, [self.length, self.width], self.max_rotation_speed)
     }
 }
 
@@ -306,5 +312,16 @@ mod tests {
             charge: full(),
         };
         assert!(flat.check().expect_err("no capacity").contains("capacity is 0; give"));
+    }
+
+    #[test]
+    fn a_circle_is_round_in_traffic() {
+        let entry = "{name: disc, shape: circle, length: 0.9, max_rotation_speed: 1}";
+        let entry = serde_yaml::from_str(entry).expect("an entry");
+        let robot = robot_type(entry).expect("a type").in_traffic().expect("a size");
+        let round = traffic::RobotType::round(0.9, traffic::Turning::OnTheSpot);
+        assert_eq!(robot, round.expect("a size"));
+        assert_eq!(robot.in_words(), "round robots of 0.9 m");
+        assert!((robot.area() - 0.6362).abs() < 1e-4 && robot.diameter() == 0.9);
     }
 }

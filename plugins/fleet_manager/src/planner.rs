@@ -139,7 +139,7 @@ fn two_way_share(roads: &Roads) -> f32 {
 
 /// Whether most edges are short for the longest robot.
 fn has_short_blocks(roads: &Roads) -> bool {
-    let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.half.x);
+    let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.reach());
     let short = SHORT_BLOCK * longest.fold(0.0, f32::max);
     2 * roads.edges().iter().filter(|edge| edge.length < short).count() > roads.edges().len()
 }

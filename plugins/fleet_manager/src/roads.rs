@@ -389,11 +389,10 @@ fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
     let mut footprints: Vec<Footprint> = Vec::new();
     let mut classes = Vec::with_capacity(types.len());
     for robot_type in types {
-        let half = match robot_type.shape() {
-            Shape::Rectangle => vec2(0.5 * robot_type.length, 0.5 * robot_type.width),
-            Shape::Circle => Vec2::splat(0.5 * robot_type.length),
+        let footprint = match robot_type.shape() {
+            Shape::Rectangle => Footprint::rectangle(robot_type.length, robot_type.width),
+            Shape::Circle => Footprint::circle(robot_type.length),
         };
-        let footprint = Footprint { half };
         let index =
             footprints.iter().position(|known| *known == footprint).unwrap_or(footprints.len());
         if index == footprints.len() {

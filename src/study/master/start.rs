@@ -42,8 +42,7 @@ pub fn room(variant: &Variant, most: u32) -> u32 {
 
 /// Metres between two vehicles, however they are turned.
 fn apart(variant: &Variant) -> f64 {
-    let robot = variant.robot();
-    robot.length().hypot(robot.width()) + CLEARANCE
+    variant.robot().diameter() + CLEARANCE
 }
 
 /// Returns so many nodes, or all that there are, so far apart; the seed chooses them.

@@ -1,5 +1,7 @@
 //! The assumptions of an answer, its inputs, and the way to repeat it.
 
+use regatta_layout::traffic::Outline;
+
 use super::Block;
 use crate::answer::{Answer, VariantAnswer};
 use crate::plan::{FleetType, robots_in_words};
@@ -50,13 +52,16 @@ pub(super) fn of_type(answer: &Answer) -> Option<String> {
 
 /// The sizes and the speeds of the robots, by type if there are several.
 pub(super) fn robots(variant: &VariantAnswer) -> String {
-    let types = variant.robot_types.iter().map(|FleetType { name, size, max_speed, robots }| {
-        let [length, width] = size;
+    let types = variant.robot_types.iter().map(|of| {
+        let FleetType { name, outline, size: [length, width], max_speed, robots } = of;
         let speed = match max_speed {
             Some(speed) => format!("up to {speed} m/s"),
             None => "as fast as the roads allow".to_owned(),
         };
-        let size = format!("{length} m × {width} m, {speed}");
+        let size = match outline {
+            Outline::Rectangle => format!("{length} m × {width} m, {speed}"),
+            Outline::Circle => format!("round, {length} m, {speed}"),
+        };
         match (name, robots) {
             _ if variant.robot_types.len() == 1 => size,
             (None, _) => size,

@@ -86,6 +86,11 @@ impl RobotType {
         [length, width.unwrap_or(length)]
     }
 
+    /// Whether its footprint is a circle.
+    pub fn is_round(&self) -> bool {
+        self.rest.get("shape").is_some_and(|shape| shape == "circle")
+    }
+
     /// Returns its largest speed in metres per second; `None` without a limit.
     pub fn max_speed(&self) -> Option<f64> {
         self.max_speed.as_ref().and_then(Number::as_f64)

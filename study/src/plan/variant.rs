@@ -73,7 +73,10 @@ struct TypeShare {
 pub struct FleetType {
     /// The name; `None` of a scenario without types.
     pub name: Option<String>,
-    /// The length and the width of its robots, in metres.
+    /// The outline of its robots.
+    #[serde(rename = "shape")]
+    pub outline: traffic::Outline,
+    /// The length and the width of its robots, in metres; of circles, the diameter twice.
     pub size: [f64; 2],
     /// Their largest speed in metres per second; `None` without a limit of their own.
     pub max_speed: Option<f64>,
@@ -237,7 +240,7 @@ impl Variant {
     fn largest(&self) -> TypeShare {
         let mut largest: Option<(f64, &TypeShare)> = None;
         for share in &self.types {
-            let area = area(&self.robot_of(share.name.as_deref()));
+            let area = self.robot_of(share.name.as_deref()).area();
             if largest.is_none_or(|(most, _)| area > most) {
                 largest = Some((area, share));
             }
@@ -257,6 +260,7 @@ impl Variant {
             let count = groups.iter().flatten().find(|group| group.robot_type == share.name);
             types.push(FleetType {
                 name,
+                outline: robot.outline(),
                 size: [robot.length(), robot.width()],
                 max_speed: self.type_of(share.name.as_deref()).and_then(RobotType::max_speed),
                 robots: robots.map(|_| count.map_or(0, |group| group.count)),
@@ -286,8 +290,12 @@ impl Variant {
             true => Turning::OnTheSpot,
             false => Turning::Never,
         };
+        let robot = match kind.is_some_and(RobotType::is_round) {
+            true => traffic::RobotType::round(length, turning),
+            false => traffic::RobotType::new(length, width, turning),
+        };
         // The scenario was checked: its types have sizes within the range.
-        traffic::RobotType::new(length, width, turning).unwrap_or(default)
+        robot.unwrap_or(default)
     }
 
     /// Returns the largest width of the robot types, in metres.
@@ -374,10 +382,6 @@ impl Variant {
             args.push(IN_TURN.to_owned());
         }
     }
-}
-
-fn area(robot: &traffic::RobotType) -> f64 {
-    robot.length() * robot.width()
 }
 
 /// Returns the robot types of a scenario's groups, with the numbers of their robots.

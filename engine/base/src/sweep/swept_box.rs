@@ -19,12 +19,55 @@ const SHORTEST: f64 = 0.01;
 /// only, and rounded.
 pub const MARGIN: f32 = 0.003;
 
-/// The outline of a robot.
+/// The outline of a robot: a rectangle or a circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// Half of the size along (x) and across (y) the heading, in metres. A circle counts as the
-    /// square around it.
-    pub half: Vec2,
+    /// Half of a rectangle's size along (x) and across (y) the heading, in metres; 0 of a circle.
+    half: Vec2,
+    /// The radius of a circle, in metres; 0 of a rectangle.
+    rounding: f32,
+}
+
+impl Footprint {
+    /// A rectangle of a length along and a width across the heading, in metres.
+    pub fn rectangle(length: f32, width: f32) -> Self {
+        Self { half: vec2(0.5 * length, 0.5 * width), rounding: 0.0 }
+    }
+
+    /// A circle of a diameter in metres.
+    pub fn circle(diameter: f32) -> Self {
+        Self { half: Vec2::ZERO, rounding: 0.5 * diameter }
+    }
+
+    /// How far it reaches ahead of its middle, in metres.
+    pub fn reach(&self) -> f32 {
+        self.half.x + self.rounding
+    }
+
+    /// The radius of the circle around it, in metres.
+    pub fn radius(&self) -> f32 {
+        self.half.length() + self.rounding
+    }
+
+    /// The outline of a robot that stands somewhere, in metres, and has a heading, a unit vector.
+    pub fn at(&self, centre: Vec2, heading: Vec2) -> Rectangle {
+        Rectangle { centre, heading, half: self.half, rounding: self.rounding }
+    }
+
+    /// The outline that is larger by some metres on all sides.
+    #[must_use]
+    pub fn grown(&self, metres: f32) -> Self {
+        if self.is_round() {
+            Self { rounding: self.rounding + metres, ..*self }
+        } else {
+            Self { half: self.half + metres, ..*self }
+        }
+    }
+
+    /// Whether it is a circle.
+    fn is_round(&self) -> bool {
+        self.rounding > 0.0
+    }
 }
 
 /// The heading of robots along an edge.
@@ -55,7 +98,8 @@ pub struct SweptBox {
 }
 
 impl SweptBox {
-    /// Returns a rectangle that holds a footprint at every pose of the stretch.
+    /// Returns a rectangle that holds a footprint at every pose of the stretch; a rounded one for a
+    /// circle.
     pub fn rectangle(&self, footprint: &Footprint) -> Rectangle {
         let Vec2 { x: length, y: width } = footprint.half;
         let half = if self.turn >= 1.0 {
@@ -64,20 +108,32 @@ impl SweptBox {
             vec2(length + width * self.turn, width + length * self.turn)
         };
         let half = half + self.offset + MARGIN;
-        Rectangle { centre: self.centre, heading: self.heading, half }
+        let rounding = footprint.rounding;
+        Rectangle { centre: self.centre, heading: self.heading, half, rounding }
     }
 
     /// Returns a rectangle within a footprint, enlarged by the [`MARGIN`], at every pose of the
     /// stretch: robots on two stretches whose cores touch do so, too. `None` if the stretch is too
     /// long for it: half of the footprint's smaller side is short enough.
     pub fn core(&self, footprint: &Footprint) -> Option<Rectangle> {
+        if footprint.is_round() {
+            return self.round_core(footprint);
+        }
         let Vec2 { x: length, y: width } = footprint.half + MARGIN;
         // The square in the circle that footprints of all headings have in common.
         let of_any_heading = Vec2::splat(length.min(width) * FRAC_1_SQRT_2);
         let turned = vec2(length - width * self.turn, width - length * self.turn);
         let half = if turned.y > of_any_heading.y { turned } else { of_any_heading } - self.offset;
         let is_positive = half.min_element() > 0.0;
-        is_positive.then_some(Rectangle { centre: self.centre, heading: self.heading, half })
+        let (centre, heading) = (self.centre, self.heading);
+        is_positive.then_some(Rectangle { centre, heading, half, rounding: 0.0 })
+    }
+
+    /// The disc that circles at all poses have in common.
+    fn round_core(&self, circle: &Footprint) -> Option<Rectangle> {
+        let rounding = circle.rounding + MARGIN - self.offset.length();
+        let (centre, heading) = (self.centre, self.heading);
+        (rounding > 0.0).then_some(Rectangle { centre, heading, half: Vec2::ZERO, rounding })
     }
 
     /// The same stretch, with robots of any heading on it.
@@ -167,10 +223,15 @@ impl Sweep {
     /// metres.
     pub fn straight_separation(&self, a: &Footprint, b: &Footprint) -> Option<f32> {
         let first = self.boxes.first()?;
+        let roundings = a.rounding + b.rounding;
+        if a.is_round() && b.is_round() {
+            return Some(roundings + 2.0 * MARGIN);
+        }
         let tangent = vec2(self.headings[0].cos(), self.headings[0].sin());
         let along = tangent.dot(first.heading).abs();
         let across = tangent.perp_dot(first.heading).abs();
-        let size = a.half + b.half + 2.0 * MARGIN;
+        // Beside a rectangle, a circle counts as the square around it.
+        let size = a.half + b.half + roundings + 2.0 * MARGIN;
         Some((size.x / along.max(1e-6)).min(size.y / across.max(1e-6)))
     }
 
@@ -251,7 +312,7 @@ mod tests {
 
     /// Whether a robot that drives along the x axis, 10 m long, touches one that stands near it.
     fn touches(step: f64, standing: SweptBox) -> bool {
-        let robot = Footprint { half: vec2(0.45, 0.3) };
+        let robot = Footprint::rectangle(0.9, 0.6);
         let line = [0.0, 10.0 / 3.0, 20.0 / 3.0, 10.0].map(|x| DVec2::new(x, 0.0));
         let sweep = Sweep::with_step(BodyHeading::Tangential, [line], step);
         let standing = standing.rectangle(&robot);
@@ -270,6 +331,70 @@ mod tests {
             }
             let turned = SweptBox::disc(vec2(5.0, 0.3 + 0.45_f32.hypot(0.3)));
             assert!(touches(step, turned), "any heading, with a step of {step} m");
+        }
+    }
+
+    /// A point at a distance from a place, in a direction of 16.
+    fn beside(place: DVec2, metres: f32, direction: u32) -> Rectangle {
+        let direction = Vec2::from_angle(std::f32::consts::TAU * direction as f32 / 16.0);
+        Footprint::rectangle(0.0, 0.0).at(place.as_vec2() + metres * direction, Vec2::X)
+    }
+
+    #[test]
+    fn a_stretch_holds_the_circle_at_each_pose_and_its_core_is_in_each() {
+        let points = [(0.0, 0.0), (1.2, 0.2), (2.0, 1.2), (2.2, 2.4)];
+        let curve = points.map(|(x, y)| DVec2::new(x, y));
+        let (circle, cubic) = (Footprint::circle(0.9), Cubic::new(curve));
+        let mut poses = 0;
+        for heading in [BodyHeading::Tangential, BodyHeading::Offset(0.8), BodyHeading::Fixed(2.0)]
+        {
+            let sweep = Sweep::new(heading, [curve]);
+            for pose in 0..=500 {
+                let t = f64::from(pose) / 500.0;
+                let (place, s) = (cubic.point(t), cubic_length(&cubic, t) as f32);
+                for part in sweep.boxes().iter().filter(|part| part.s.contains(s)) {
+                    let swept = part.rectangle(&circle);
+                    assert!((0..16).all(|at| swept.touches(&beside(place, 0.45, at))));
+                    let core = part.core(&circle).expect("a short stretch");
+                    let apart = place.as_vec2().distance(core.centre) + core.rounding;
+                    // Poses are exact to 1 mm.
+                    assert!(core.half == Vec2::ZERO && apart <= 0.45 + MARGIN + 1e-3, "{apart}");
+                    poses += 1;
+                }
+            }
+        }
+        assert!(poses > 1400, "{poses}");
+    }
+
+    /// The arc length up to a parameter, in metres, summed up of short parts.
+    fn cubic_length(cubic: &Cubic, t: f64) -> f64 {
+        (0..64)
+            .map(|part| f64::from(part) / 64.0)
+            .map(|at| cubic.length(at * t, (at + 1.0 / 64.0) * t))
+            .sum()
+    }
+
+    #[test]
+    fn a_heading_and_a_turn_cost_a_circle_no_room() {
+        let circle = Footprint::circle(0.9);
+        for place in [0.0, 0.4, 0.8].map(|angle| SweptBox::standing(Vec2::ZERO, angle)) {
+            assert_eq!(place.rectangle(&circle).radius(), 0.45 + (2.0_f32).sqrt() * MARGIN);
+        }
+        let turning = SweptBox::disc(Vec2::ZERO).rectangle(&circle);
+        assert!((0..16).all(|at| !turning.touches(&beside(DVec2::ZERO, 0.455, at))));
+        assert!((0..16).all(|at| turning.touches(&beside(DVec2::ZERO, 0.4529, at))));
+    }
+
+    #[test]
+    fn circles_follow_each_other_a_diameter_apart_whatever_their_heading() {
+        let line = [0.0, 1.0, 2.0, 3.0].map(|x| DVec2::new(x, 0.0));
+        let (circle, robot) = (Footprint::circle(0.9), Footprint::rectangle(1.2, 0.6));
+        for heading in [BodyHeading::Tangential, BodyHeading::Fixed(0.6)] {
+            let sweep = Sweep::new(heading, [line]);
+            let circles = sweep.straight_separation(&circle, &circle).expect("a stretch");
+            assert!((circles - 0.9 - 2.0 * MARGIN).abs() < 1e-6, "{circles}");
+            let mixed = sweep.straight_separation(&circle, &robot).expect("a stretch");
+            assert!(mixed >= 1.05 + 2.0 * MARGIN - 1e-6, "{mixed}");
         }
     }
 }

@@ -209,7 +209,7 @@ impl<'a> Finder<'a> {
         let standing = cores::map(nodes, |node| standing(graph, &poses, node as u32, &footprint));
         let rectangles: Vec<&[Rectangle]> = edges.iter().map(Outlines::rectangles).collect();
         let places: Vec<&[Rectangle]> = standing.iter().map(Vec::as_slice).collect();
-        let cell = 2.0 * footprint.half.length().max(0.5);
+        let cell = 2.0 * footprint.radius().max(0.5);
         Self {
             edge_grid: Grid::new(&rectangles, cell),
             node_grid: Grid::new(&places, cell),

@@ -146,7 +146,7 @@ impl Cover {
 
 /// The side of the grid's cells in metres: stretches that touch share one.
 fn cell(footprint: &Footprint) -> f32 {
-    footprint.half.length()
+    footprint.radius()
 }
 
 /// Cuts an edge; robots that turn on the spot do so in the first and the last stretch.

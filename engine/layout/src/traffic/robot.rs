@@ -1,6 +1,7 @@
 //! The robots that a certificate is about.
 
-use glam::DVec2;
+use std::f64::consts::FRAC_PI_4;
+
 use regatta_base::sweep::Footprint;
 use serde::Serialize;
 
@@ -21,9 +22,21 @@ pub enum Turning {
     Never,
 }
 
-/// A type of robots: rectangles about their poses.
+/// The outline of robots, about their poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outline {
+    /// A rectangle.
+    Rectangle,
+    /// A circle, whose diameter is both the length and the width.
+    Circle,
+}
+
+/// A type of robots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RobotType {
+    #[serde(rename = "shape")]
+    outline: Outline,
     length: f64,
     width: f64,
     turning: Turning,
@@ -51,20 +64,35 @@ const PART_OF_CELL: f64 = 0.6;
 impl Default for RobotType {
     /// 0.9 m × 0.6 m, turning on the spot.
     fn default() -> Self {
-        Self { length: DEFAULT_LENGTH, width: DEFAULT_WIDTH, turning: Turning::OnTheSpot }
+        let (length, width) = (DEFAULT_LENGTH, DEFAULT_WIDTH);
+        Self { outline: Outline::Rectangle, length, width, turning: Turning::OnTheSpot }
     }
 }
 
 impl RobotType {
-    /// Makes a type of a length along and a width across the heading, in metres.
+    /// Makes a type of rectangles of a length along and a width across the heading, in metres.
     ///
     /// # Errors
     /// [`RobotTypeError`] if a side is no number from 0.001 to 100.
     pub fn new(length: f64, width: f64, turning: Turning) -> Result<Self, RobotTypeError> {
         match SIDES.contains(&length) && SIDES.contains(&width) {
-            true => Ok(Self { length, width, turning }),
+            true => Ok(Self { outline: Outline::Rectangle, length, width, turning }),
             false => Err(RobotTypeError { length, width }),
         }
+    }
+
+    /// Makes a type of circles of a diameter in metres.
+    ///
+    /// # Errors
+    /// [`RobotTypeError`] if the diameter is no number from 0.001 to 100.
+    pub fn round(diameter: f64, turning: Turning) -> Result<Self, RobotTypeError> {
+        Ok(Self { outline: Outline::Circle, ..Self::new(diameter, diameter, turning)? })
+    }
+
+    /// The same type with another way of turning.
+    #[must_use]
+    pub fn with_turning(self, turning: Turning) -> Self {
+        Self { turning, ..self }
     }
 
     /// Returns the type of a layout's robots if nobody gives one: the default type; as wide as a
@@ -77,6 +105,36 @@ impl RobotType {
         let [length, width] = [length, width]
             .map(|side| micrometres(side.min(most).clamp(*SIDES.start(), *SIDES.end())));
         Self { length, width, ..Self::default() }
+    }
+
+    /// The outline.
+    pub fn outline(&self) -> Outline {
+        self.outline
+    }
+
+    /// Square metres that it covers.
+    pub fn area(&self) -> f64 {
+        let around = self.length * self.width;
+        match self.outline {
+            Outline::Rectangle => around,
+            Outline::Circle => FRAC_PI_4 * around,
+        }
+    }
+
+    /// The diameter of the circle around it, in metres.
+    pub fn diameter(&self) -> f64 {
+        match self.outline {
+            Outline::Rectangle => self.length.hypot(self.width),
+            Outline::Circle => self.length,
+        }
+    }
+
+    /// Robots of the type in words: `robots of 0.9 m × 0.6 m`, `round robots of 0.9 m`.
+    pub fn in_words(&self) -> String {
+        match self.outline {
+            Outline::Rectangle => format!("robots of {} m × {} m", self.length, self.width),
+            Outline::Circle => format!("round robots of {} m", self.length),
+        }
     }
 
     /// Metres along the heading.
@@ -95,7 +153,10 @@ impl RobotType {
     }
 
     pub(super) fn footprint(&self) -> Footprint {
-        Footprint { half: (0.5 * DVec2::new(self.length, self.width)).as_vec2() }
+        match self.outline {
+            Outline::Rectangle => Footprint::rectangle(self.length as f32, self.width as f32),
+            Outline::Circle => Footprint::circle(self.length as f32),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A robot as the engine would move it.
 
-use glam::{Vec2, vec2};
-use regatta_base::sweep::{Rectangle, angle_between};
+use glam::Vec2;
+use regatta_base::sweep::{Footprint, Rectangle, angle_between};
 use regatta_plugin::World;
 use regatta_plugin::world::EdgeRecord;
 
@@ -16,7 +16,7 @@ const TURN: f32 = 0.1;
 pub(super) struct Outlines {
     /// By edge: arc length, position and heading along it.
     lines: Vec<Vec<(f32, Vec2, f32)>>,
-    half: Vec2,
+    footprint: Footprint,
 }
 
 impl Outlines {
@@ -24,14 +24,14 @@ impl Outlines {
         let first = &world.robot_types()[0];
         Self {
             lines: world.edges().iter().map(|edge| line(world, edge)).collect(),
-            half: 0.5 * vec2(first.length, first.width),
+            footprint: Footprint::rectangle(first.length, first.width),
         }
     }
 
     /// The outline of a robot on a leg, at a distance from where it is entered.
     pub(super) fn at(&self, leg: Leg, place: f32) -> Rectangle {
         let (centre, heading) = self.pose(leg, place);
-        Rectangle { centre, heading: Vec2::from_angle(heading), half: self.half }
+        self.footprint.at(centre, Vec2::from_angle(heading))
     }
 
     fn pose(&self, leg: Leg, place: f32) -> (Vec2, f32) {

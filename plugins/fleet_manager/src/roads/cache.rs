@@ -15,7 +15,7 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 use super::Roads;
 
 /// The version of the computation and of the file format.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const MAGIC: &[u8; 8] = b"rgtroads";
 const CHECKSUM_BYTES: usize = 16;
 /// The number of edges from which on roads are kept: those of fewer are computed fast enough.

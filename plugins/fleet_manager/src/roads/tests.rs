@@ -42,11 +42,7 @@ impl Line {
         let t = (part as f64 - 1.0 + share) / Self::PARTS as f64;
         let tangent = self.cubic.tangent(t, Side::After);
         let heading = orientation.heading(tangent.y.atan2(tangent.x) as f32);
-        Rectangle {
-            centre: self.cubic.position(t).as_vec2(),
-            heading: Vec2::from_angle(heading),
-            half: footprint.half,
-        }
+        footprint.at(self.cubic.position(t).as_vec2(), Vec2::from_angle(heading))
     }
 }
 
@@ -76,10 +72,15 @@ fn orientation() -> impl Strategy<Value = Orientation> {
     ]
 }
 
+fn round(diameter: f32) -> RobotTypeRecord {
+    RobotTypeRecord { shape: Shape::Circle as u32, ..RobotTypeRecord::new("", diameter, diameter) }
+}
+
 /// A world of nodes at random places, and edges between them: straight, or with random handles.
 fn world() -> impl Strategy<Value = WorldData> {
     let edge = (0_u32..6, 0_u32..6, proptest::option::of([point(), point()]), orientation());
-    let sizes = [(0.1_f32..1.5, 0.1_f32..1.0), (0.1_f32..1.5, 0.1_f32..1.0)];
+    let size = || (0.1_f32..1.5, 0.1_f32..1.0, any::<bool>());
+    let sizes = [size(), size()];
     (proptest::collection::vec(point(), 6), proptest::collection::vec(edge, 2..7), sizes).prop_map(
         |(nodes, edges, sizes)| {
             let records =
@@ -96,8 +97,12 @@ fn world() -> impl Strategy<Value = WorldData> {
                     EdgeRecord { origin, destination, speed: 1.0, ..EdgeRecord::default() };
                 world.add_edge(record.with_orientation(orientation), [curve]);
             }
-            world.robot_types =
-                sizes.map(|(length, width)| RobotTypeRecord::new("", length, width)).to_vec();
+            world.robot_types = sizes
+                .map(|(length, width, is_round)| match is_round {
+                    true => round(length),
+                    false => RobotTypeRecord::new("", length, width),
+                })
+                .to_vec();
             world
         },
     )
@@ -158,6 +163,29 @@ fn a_straight_road_keeps_robots_a_length_apart() {
         Some(5.0),
         "nobody is blocked there"
     );
+}
+
+/// A road, and a place 1 m beside it where robots turn: discs of 0.9 m clear each other by 0.1 m.
+#[test]
+fn a_disc_beside_a_road_is_in_nobodys_way() {
+    let conflicts = |robot: RobotTypeRecord| {
+        let mut data = WorldData::default();
+        let points = [[0.0, 0.0], [10.0, 0.0], [2.0, 4.0], [5.0, 1.0], [8.0, 4.0]];
+        data.nodes =
+            points.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
+        for (origin, destination) in [(0, 1), (2, 3), (3, 4)] {
+            let [from, to] = [origin, destination].map(|node: u32| points[node as usize]);
+            let edge = EdgeRecord { origin, destination, speed: 1.0, ..EdgeRecord::default() };
+            data.add_edge(edge, [CurveRecord::straight(from, to)]);
+        }
+        data.robot_types = vec![RobotTypeRecord { max_rotation_speed: 1.0, ..robot }];
+        let roads = Roads::new(&data.view(1, 1));
+        let tracks: Vec<u32> = roads.conflicts().of(0, 0, 0).map(|(track, _)| track).collect();
+        (tracks, roads.conflicts().of(0, 0, 1).count())
+    };
+    assert_eq!(conflicts(round(0.9)), (vec![], 2), "the other edge, and turns at its end");
+    let (tracks, _) = conflicts(RobotTypeRecord::new("", 0.9, 0.9));
+    assert_eq!(tracks, [1, 2, 6], "both edges, and turns where they meet");
 }
 
 #[test]

@@ -236,15 +236,15 @@ fn all_robot_types_are_named_with_their_numbers() {
     let plan = plan_of(
         "8",
         "robot_types:\n- {name: cart, length: 0.6, width: 0.4, max_speed: 1}\n\
-         - {name: lorry, length: 1.6, width: 1}\n\
-         robots:\n- {count: 3, routes: none, type: cart}\n\
-         - {count: 1, routes: none, type: lorry}\n",
+         - {name: lorry, length: 1.6, width: 1}\n- {name: disc, shape: circle, length: 0.7}\n\
+         robots:\n- {count: 2, routes: none, type: cart}\n\
+         - {count: 1, routes: none, type: lorry}\n- {count: 1, routes: none, type: disc}\n",
     );
     let answer = answer_to(plan, |_, _| Ok(measured(200.0)));
     assert_eq!(
         robots(&answer.variants[0]),
-        "6 `cart` (0.6 m × 0.4 m, up to 1 m/s), 2 `lorry` (1.6 m × 1 m, as fast as the roads \
-         allow), with 8 robots"
+        "4 `cart` (0.6 m × 0.4 m, up to 1 m/s), 2 `lorry` (1.6 m × 1 m, as fast as the roads \
+         allow), 2 `disc` (round, 0.7 m, as fast as the roads allow), with 8 robots"
     );
 }
 

@@ -23,8 +23,8 @@ const EXCESS: f64 = 0.13;
 fn outline(edge: &Edge, fraction: f64, robot: &RobotType, more: f64) -> Rectangle {
     let (point, tangent) = edge.path.at(fraction);
     let heading = edge.orientation.heading(tangent.to_angle());
-    let half = robot.footprint().half + more as f32;
-    Rectangle { centre: point.as_vec2(), heading: Vec2::from_angle(heading as f32), half }
+    let footprint = robot.footprint().grown(more as f32);
+    footprint.at(point.as_vec2(), Vec2::from_angle(heading as f32))
 }
 
 fn outlines(edge: &Edge, robot: &RobotType, more: f64) -> Vec<Rectangle> {
@@ -86,7 +86,7 @@ proptest! {
     fn legs_are_blocked_by_robots_in_the_way(graph in layout(), robot in robot()) {
         let network = Network::new(&graph);
         let conflicts = Conflicts::new(&network, &Sweeps::new(&graph), &robot);
-        let circle = f64::from(robot.footprint().half.length());
+        let circle = f64::from(robot.footprint().radius());
         for leg in (0..graph.edges().len() as u32).flat_map(|edge| network.legs_of(edge)) {
             let edge = graph.edge(leg.edge);
             let start = if leg.gear == Gear::Forward { edge.origin } else { edge.destination };

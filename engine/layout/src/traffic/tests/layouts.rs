@@ -33,11 +33,16 @@ fn road() -> impl Strategy<Value = Road> {
     ]
 }
 
-/// A robot type of 0.2 to 2 m.
+/// A robot type of 0.2 to 2 m; one of four is round.
 pub fn robot() -> impl Strategy<Value = RobotType> {
-    (0.2..2.0, 0.2..1.2, any::<bool>()).prop_map(|(length, width, turns)| {
+    let is_round = prop::bool::weighted(0.25);
+    (0.2..2.0, 0.2..1.2, any::<bool>(), is_round).prop_map(|(length, width, turns, is_round)| {
         let turning = if turns { Turning::OnTheSpot } else { Turning::Never };
-        RobotType::new(length, width, turning).expect("within the range")
+        let robot = match is_round {
+            true => RobotType::round(length, turning),
+            false => RobotType::new(length, width, turning),
+        };
+        robot.expect("within the range")
     })
 }
 

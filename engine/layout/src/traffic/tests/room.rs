@@ -11,7 +11,7 @@ use crate::model::options::ReadOptions;
 use crate::model::route_graph::{Edge, RouteGraph};
 use crate::parse;
 use crate::traffic::network::Network;
-use crate::traffic::{Certificate, RobotType, Turning};
+use crate::traffic::{Certainty, Certificate, Count, RobotType, Turning};
 
 /// Poses on each edge.
 const POSES: u32 = 150;
@@ -21,7 +21,7 @@ const HEADINGS: u32 = 7;
 /// The outlines of robots at poses along an edge; those that turn have other headings at its ends,
 /// too.
 fn outlines(edge: &Edge, robot: &RobotType) -> impl Iterator<Item = Rectangle> {
-    let half = robot.footprint().half + MARGIN;
+    let footprint = robot.footprint().grown(MARGIN);
     let turns = robot.turning() == Turning::OnTheSpot;
     (0..=POSES).flat_map(move |pose| {
         let (point, tangent) = edge.path.at(f64::from(pose) / f64::from(POSES));
@@ -29,7 +29,7 @@ fn outlines(edge: &Edge, robot: &RobotType) -> impl Iterator<Item = Rectangle> {
         let headings = if turns && pose % POSES == 0 { HEADINGS } else { 1 };
         (0..headings).map(move |turn| {
             let heading = Vec2::from_angle(heading + PI * turn as f32 / HEADINGS as f32);
-            Rectangle { centre: point.as_vec2(), heading, half }
+            footprint.at(point.as_vec2(), heading)
         })
     })
 }
@@ -115,4 +115,19 @@ fn both_directions_of_a_loop_share_the_room_where_robots_touch_across() {
     let wide = RobotType::new(1.2, 1.0, Turning::OnTheSpot).expect("a size");
     let (bound, placed) = most_anywhere(&nodes, &edges, &wide);
     assert!(placed as u64 <= bound && bound <= 100, "{bound} {placed}");
+}
+
+/// Ten nodes 1.2 m apart: discs of 0.9 m clear all but the node ahead, squares that turn don't.
+#[test]
+fn all_but_one_node_of_a_ring_are_for_discs() {
+    let [nodes, edges] = ring("N", 10, 1.9416, |corner| [corner, corner + 1]);
+    let text = format!("id,x,y\n{nodes}\nfrom,to\n{edges}");
+    let (graph, _) = parse(&text, "plant.csv", &ReadOptions::default()).expect("a graph");
+    let disc = RobotType::round(0.9, Turning::OnTheSpot).expect("a size");
+    let most = Certificate::new(&graph, &disc).under_way;
+    assert_eq!(most.at_nodes, Count { robots: 9, certainty: Certainty::Exact });
+    // The ring is 12 m long: 13 diameters.
+    assert!((12..=15).contains(&most.anywhere), "{}", most.anywhere);
+    let square = RobotType::new(0.9, 0.9, Turning::OnTheSpot).expect("a size");
+    assert!(Certificate::new(&graph, &square).under_way.at_nodes.robots < 9);
 }

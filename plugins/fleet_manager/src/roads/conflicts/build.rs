@@ -47,7 +47,7 @@ pub fn tables(
         swept.push(cores::map(boxes.len(), |track| Outlines::new(boxes[track], footprint)));
     }
     let longest =
-        roads.footprints().iter().map(|footprint| 2.0 * footprint.half.x).fold(0.0, f32::max);
+        roads.footprints().iter().map(|footprint| 2.0 * footprint.reach()).fold(0.0, f32::max);
     let ahead =
         cores::map(sweeps.len(), |edge| edges_ahead(roads, sweeps, edge as u32, AHEAD * longest));
     let finder = Finder { roads, sweeps, lengths, ahead, swept };
@@ -117,7 +117,7 @@ impl Finder<'_> {
         let between = self.ahead.get(from as usize)?.iter().find(|(edge, _)| *edge == to)?.1;
         // On a road that turns back beside itself, robots far apart along it may touch.
         let footprints = self.roads.footprints();
-        let nearest = footprints[own].half.x + footprints[other].half.x;
+        let nearest = footprints[own].reach() + footprints[other].reach();
         (between + apart < AHEAD * nearest).then_some(between)
     }
 
