@@ -153,8 +153,8 @@ pub enum PlanError {
     },
     /// Robots can't drive to any station of a role that the load names, and back.
     #[error(
-        "{file}: load: no station to {role} is left that robots can drive to and back: connect one; \
-         `regatta graph check --traffic` shows more",
+        "{file}: load: no station to {role} is left that robots can drive to and back: connect \
+         one; `regatta graph check --traffic` shows more",
         file = file.display()
     )]
     NoStation {

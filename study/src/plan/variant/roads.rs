@@ -23,8 +23,8 @@ impl Variant {
     /// the load names.
     ///
     /// # Errors
-    /// [`PlanError::NoWayBack`] if robots can't come back anywhere, [`PlanError::NoStation`] if they
-    /// can't to any station of a role that the load names, or as [`keep_load`](Self::keep_load).
+    /// [`PlanError::NoWayBack`] if robots can't come back anywhere, [`PlanError::NoStation`] if no
+    /// station of a role that the load names is left, or as [`keep_load`](Self::keep_load).
     pub(in crate::plan) fn set_roads(&mut self) -> Result<(), PlanError> {
         let mut named = self.setup.load.as_ref().map(named_labels).unwrap_or_default();
         named.extend(self.day.iter().flat_map(|day| day.stops.iter().cloned()));

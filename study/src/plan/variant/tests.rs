@@ -350,3 +350,29 @@ fn a_load_that_names_a_file_of_orders_tells_the_option_for_it() {
     assert_eq!((&load["dwell"], &load["deadline"]), (&json!(7), &json!(900)), "{load}");
     with_day.check(10).expect("no file is named");
 }
+
+#[test]
+fn speeds_of_another_vehicle_type_are_assumed() {
+    let of = |kind: &str, speed: f64| json!({"vehicleTypeId": kind, "maxSpeed": speed});
+    let node = |id: &str, x: f64| {
+        let properties = json!([{"vehicleTypeId": "small"}, {"vehicleTypeId": "big"}]);
+        json!({"nodeId": id, "nodePosition": {"x": x, "y": 0.0},
+            "vehicleTypeNodeProperties": properties})
+    };
+    let edge = |id: &str, from: &str, to: &str, big: f64| {
+        json!({"edgeId": id, "startNodeId": from, "endNodeId": to,
+            "vehicleTypeEdgeProperties": [of("small", 1.5), of("big", big)]})
+    };
+    let assumptions = |big: f64| {
+        let layout = json!({"layoutId": "l", "nodes": [node("A", 0.0), node("B", 9.0)],
+            "edges": [edge("1", "A", "B", big), edge("2", "B", "A", 1.5)], "stations": []});
+        let text = json!({"metaInformation": {"lifVersion": "1.0.0"}, "layouts": [layout]});
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("plant.lif.json");
+        std::fs::write(&path, text.to_string()).expect("written");
+        Variant::read(&path, &ReadOptions::default()).expect("a variant").assumptions
+    };
+    assert_eq!(assumptions(1.5), Vec::<String>::new());
+    let differ = assumptions(0.5).join("\n");
+    assert!(differ.contains("vehicle types differ in their properties here"), "{differ}");
+}
