@@ -104,7 +104,7 @@ fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
     for kind in in_use.iter().filter_map(|&index| scenario.robot_types.get(index as usize)) {
         let robot = kind.in_traffic()?;
         if largest.is_none_or(|(largest, _)| robot.area() > largest.area()) {
-            largest = Some((robot, &kind.name));
+            largest = Some((robot, kind.name.as_str()));
         }
     }
     let Some((robot, name)) = largest else { return Ok(RobotType::default().into()) };
