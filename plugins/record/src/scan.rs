@@ -6,7 +6,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use mcap::records::{
-    self, ChunkHeader, ChunkIndex, MessageIndex, MessageIndexEntry, MetadataIndex, Record, op,
+    self, ChunkHeader, ChunkIndex, MessageHeader, MessageIndex, MessageIndexEntry, MetadataIndex,
+    Record, op,
 };
 use mcap::sans_io::{
     IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader,
@@ -114,12 +115,25 @@ impl Scan {
             // After a damaged length, anything may look like a record.
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE => {
                 let content = record.read_content(file)?;
-                parse_record(record.opcode, &content).map(drop)
+                if let Record::Message { header, .. } = parse_record(record.opcode, &content)? {
+                    self.count_message(&header);
+                }
+                Ok(())
             }
             // Regatta writes no other records outside of chunks. Those of other programs are left
             // unchanged.
             _ => Ok(()),
         }
+    }
+
+    /// Counts a message outside of chunks: readers find it, too.
+    fn count_message(&mut self, header: &MessageHeader) {
+        let stats = self.summary.stats.get_or_insert_default();
+        let start = if stats.message_count == 0 { u64::MAX } else { stats.message_start_time };
+        stats.message_start_time = start.min(header.log_time);
+        stats.message_end_time = stats.message_end_time.max(header.log_time);
+        stats.message_count += 1;
+        *stats.channel_message_counts.entry(header.channel_id).or_default() += 1;
     }
 
     fn add_chunk(&mut self, file: &mut (impl Read + Seek), span: &RecordSpan) -> McapResult<()> {

@@ -91,7 +91,7 @@ const IN_SIGHT: f32 = 40.0;
 
 /// The least heights of a panel on a side, of the plots, and of the picture over them, in points.
 const LOWEST_PANEL: f32 = 180.0;
-const LOWEST_PLOTS: f32 = 68.0;
+const LOWEST_PLOTS: f32 = 60.0;
 const LOWEST_PICTURE: f32 = 20.0;
 
 /// The heights at which plots open in a low window without other panels, and in a high one, in
@@ -337,11 +337,7 @@ impl Interface {
     ) {
         let Some(open) = self.settings.left else { return };
         // The list of robots has all its columns where there is room.
-        let size = match room {
-            ALL_COLUMNS.. => 470.0,
-            BOTH_SIDES.. => 290.0,
-            _ => 274.0,
-        };
+        let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
         let panel = Panel::left("left")
             .default_size(size)
             .size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
