@@ -91,7 +91,7 @@ const IN_SIGHT: f32 = 40.0;
 
 /// The least heights of a panel on a side, of the plots, and of the picture over them, in points.
 const LOWEST_PANEL: f32 = 180.0;
-const LOWEST_PLOTS: f32 = 60.0;
+const LOWEST_PLOTS: f32 = 55.0;
 const LOWEST_PICTURE: f32 = 20.0;
 
 /// The heights at which plots open in a low window without other panels, and in a high one, in

@@ -93,7 +93,6 @@ pub fn plots(fixture: &mut Fixture) {
         touching: 1_234,
         throughput: 12_345.0,
         mean_speed: 0.75,
-        ..FleetSample::default()
     };
     fixture.jams.series = (0..=800).map(sample).collect();
 }
