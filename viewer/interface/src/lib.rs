@@ -97,6 +97,8 @@ const LOWEST_PICTURE: f32 = 20.0;
 /// The heights at which plots open in a low window without other panels, and in a high one, in
 /// points.
 const LOW_PLOTS: f32 = 110.0;
+/// The margin over and under plots that are as low as they can be, in points.
+const LOW_MARGIN: i8 = 3;
 const HIGH_PLOTS: f32 = 150.0;
 
 /// The height of a window below which plots open low, and as low as they can be beside a panel, in
@@ -316,7 +318,10 @@ impl Interface {
                 (false, _) => ("plots", HIGH_PLOTS),
             };
             let panel = Panel::bottom(name).default_size(size).size_range(sizes).resizable(true);
-            panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
+            let margin = if size == LOWEST_PLOTS { LOW_MARGIN } else { style::PANEL_MARGIN as i8 };
+            let frame = style::panel(self.settings.theme());
+            let frame = frame.inner_margin(egui::Margin::symmetric(12, margin));
+            panel.frame(frame).show(ui, |ui| {
                 within(ui, |ui| {
                     self.present(model, actions, |interface, context| {
                         interface.plots.show(context, ui);

@@ -2,7 +2,7 @@
 //! of them. A click goes to that time, in a recording or in the kept part of a live run.
 
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Color32, FontId, Label, Ui, pos2};
+use egui::{Color32, FontId, Label, Ui, Vec2, pos2, vec2};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::activity::Activity;
 use regatta_plugin::history::FleetSample as Sample;
@@ -21,16 +21,38 @@ const STEPS: [f64; 18] = [
     14_400.0, 21_600.0, 43_200.0, 86_400.0,
 ];
 
-/// The height of the panel in points from which on there is room for more than a title and a line.
-const FULL_HEIGHT: f32 = 90.0;
+/// The heights of the panel in points from which on there is room for the axis of time, and for the
+/// values of several lines in rows of their own.
+const FULL_HEIGHT: f32 = 80.0;
+const HIGH_HEIGHT: f32 = 125.0;
+/// The least size of a plot without its title, in points.
+const LEAST_PLOT: Vec2 = vec2(64.0, 12.0);
 
 /// The parts of a plot that are shown.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Detail {
-    /// All: values by name, and the axis of time.
-    Full,
     /// The title, the value of a single line, and the lines. Other values are shown on hovering.
     Low,
+    /// The axis of time, too.
+    Full,
+    /// The values of several lines, too.
+    High,
+}
+
+impl Detail {
+    /// Returns what there is room for in a panel of some height in points.
+    fn of(height: f32) -> Self {
+        match height {
+            HIGH_HEIGHT.. => Self::High,
+            FULL_HEIGHT.. => Self::Full,
+            _ => Self::Low,
+        }
+    }
+
+    /// Whether the values of so many lines are shown beside the title.
+    fn has_values(self, lines: usize) -> bool {
+        self == Self::High || lines == 1
+    }
 }
 
 /// A plot: its title, and its lines with their names and colours.
@@ -61,9 +83,9 @@ impl PlotsPanel {
         let is_within = context.model.recording().is_some() || context.model.is_past();
         let shown = context.model.clock_secs().filter(|_| is_within);
         let (mut now_hovered, mut clicked) = (None, None);
-        let is_full = ui.available_height() >= FULL_HEIGHT;
-        let detail = if is_full { Detail::Full } else { Detail::Low };
-        if is_full {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let detail = Detail::of(ui.available_height());
+        if detail >= Detail::Full {
             ui.label(style::faint(ui, known_text(context.model)))
                 .on_hover_text(known_hint(context.model));
         }
@@ -155,9 +177,9 @@ fn plot(
         axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
     });
     let mut response = plotted.response;
-    if detail == Detail::Low {
+    if !detail.has_values(figure.lines.len()) {
         response = response.on_hover_ui_at_pointer(|ui| {
-            values(context, ui, figure, samples, times, Detail::Full);
+            values(context, ui, figure, samples, times, Detail::High);
         });
     }
     let pointer = plotted.inner.filter(|_| response.hovered());
@@ -177,7 +199,7 @@ fn values(
         samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs()))
     });
     let at = near.map_or(times.ends[1], |sample| sample.secs);
-    let has_room = detail == Detail::Full || figure.lines.len() == 1;
+    let has_room = detail.has_values(figure.lines.len());
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
         ui.label(style::faint(ui, figure.title));
@@ -208,7 +230,8 @@ fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> 
         .include_x(times.ends[1])
         .include_y(0.0)
         .include_y(1.0)
-        .show_axes([detail == Detail::Full, true])
+        .show_axes([detail >= Detail::Full, true])
+        .min_size(LEAST_PLOT)
         .y_axis_min_width(34.0)
         .y_grid_spacer(marks)
         .x_grid_spacer(move |input| time_marks(input.bounds, room))

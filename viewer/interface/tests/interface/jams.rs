@@ -254,6 +254,9 @@ fn the_ring_of_a_hot_spot_lies_over_no_panel() {
     assert!(clips.iter().all(|clip| !clip.intersects(panel)), "{clips:?} over {panel}");
 }
 
+/// A window in which plots are high enough for the values of all lines.
+const HIGH: [f32; 2] = [1280.0, 1000.0];
+
 /// Clicks into the middle of the plot of touching pairs, at some time of the shown samples. While
 /// the pointer is there, each plot tells that time.
 fn click_into_a_plot(harness: &mut Harness<'_, Fixture>) {
@@ -287,7 +290,7 @@ fn sample(second: u32) -> Sample {
 fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_looks_back() {
     let mut fixture = Fixture::new(5);
     fixture.jams.series = (0..=80).map(sample).collect();
-    let mut harness = harness(fixture);
+    let mut harness = harness_of(HIGH, fixture);
     assert!(harness.query_by_label("mean speed, m/s").is_none());
     press(&mut harness, Key::Num8);
     harness.get_by_label("waiting 80");
@@ -315,7 +318,7 @@ fn plots_of_a_recording_tell_what_is_shown_and_a_click_goes_there() {
     let mut fixture = replay(3.2);
     fixture.jams.series = (0..=10).map(sample).collect();
     fixture.jams.known = Known { from_secs: 0.0, until_secs: 9.98, is_published: true };
-    let mut harness = harness(fixture);
+    let mut harness = harness_of(HIGH, fixture);
     press(&mut harness, Key::Num8);
     harness.get_by_label("of the recording, 0:00\u{a0}to 0:10");
     harness.get_by_label("00:03.20");

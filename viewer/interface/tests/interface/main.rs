@@ -263,7 +263,11 @@ fn replay(now: f64) -> Fixture {
 }
 
 fn harness(fixture: Fixture) -> Harness<'static, Fixture> {
-    let builder = Harness::builder().with_size([1280.0, 720.0]).with_max_steps(64);
+    harness_of([1280.0, 720.0], fixture)
+}
+
+fn harness_of(size: [f32; 2], fixture: Fixture) -> Harness<'static, Fixture> {
+    let builder = Harness::builder().with_size(size).with_max_steps(64);
     let mut harness = builder.build_ui_state(|ui, fixture: &mut Fixture| fixture.show(ui), fixture);
     harness.run_ok();
     harness
