@@ -39,7 +39,7 @@ impl Footprint {
         Self { half: Vec2::ZERO, rounding: 0.5 * diameter }
     }
 
-    /// How far it reaches ahead of its middle, in metres.
+    /// The distance from its middle to its front, in metres.
     pub fn reach(&self) -> f32 {
         self.half.x + self.rounding
     }

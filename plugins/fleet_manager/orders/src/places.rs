@@ -1,4 +1,4 @@
-//! What orders may name: the nodes of the world, by id, name, role and zone, and its robot types.
+//! The names in orders: the nodes of the world, by id, name, role and zone, and its robot types.
 
 use std::collections::{BTreeMap, BTreeSet};
 

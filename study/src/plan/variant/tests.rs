@@ -343,7 +343,7 @@ fn a_load_that_names_a_file_of_orders_tells_the_option_for_it() {
     assert!(error.contains("s.yaml: load: ") && !error.contains('\n'), "{error}");
     assert!(error.contains("day.csv --scale 1.2, which takes the place"), "{error}");
 
-    // What the load says of orders without times holds for those of the option.
+    // Keys of the load for orders without times hold for those of the option.
     let day = Day { file: "day.csv".to_owned(), scale: 1.2, ..Day::default() };
     let with_day = variant.with_day(&Arc::new(day)).expect("a day");
     let load = &setup(&with_day)["load"];

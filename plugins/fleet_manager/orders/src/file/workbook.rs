@@ -8,7 +8,7 @@ use calamine::{DataRef, ExcelDateTime, Reader, SheetType, SheetVisible, Xlsx, Xl
 use super::rows::{self, MOST_COLUMNS, Rows};
 
 const SECS_PER_DAY: f64 = 86_400.0;
-/// What is said of a formula that no program has worked out since it was written.
+/// The note on a formula that no program has worked out since it was written.
 pub(super) const WITHOUT_VALUE: &str =
     "a formula without a value: save the file with a spreadsheet program";
 
@@ -33,12 +33,11 @@ pub(super) fn sheet_of(bytes: Vec<u8>) -> Result<Sheet, String> {
         .map(|sheet| sheet.name.clone());
     let (mut csv, mut others) = (None, Vec::new());
     for name in sheets.collect::<Vec<_>>() {
-        let rows = rows_of(&mut workbook, &name)?;
-        if rows.iter().all(|row| rows::count(row) == 0) {
+        if !has_cells(&mut workbook, &name)? {
             continue;
         }
         match csv {
-            None => csv = Some(rows::to_csv(&rows)?),
+            None => csv = Some(rows::to_csv(&rows_of(&mut workbook, &name)?)?),
             Some(_) => others.push(name),
         }
     }
@@ -48,6 +47,24 @@ pub(super) fn sheet_of(bytes: Vec<u8>) -> Result<Sheet, String> {
 
 fn reason_of(error: XlsxError) -> String {
     format!("it can't be read as a workbook of Excel ({error}): save it as .xlsx or .csv")
+}
+
+/// Whether a sheet has a cell that isn't empty: a value or a formula.
+fn has_cells(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<bool, String> {
+    let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
+    while let Some(cell) = cells.next_cell().map_err(reason_of)? {
+        if !text_of(cell.get_value()).is_empty() {
+            return Ok(true);
+        }
+    }
+    drop(cells);
+    let mut formulas = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
+    while let Some(cell) = formulas.next_formula().map_err(reason_of)? {
+        if !cell.get_value().is_empty() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Reads the cells one by one: a sheet with a single cell far away takes little memory for those
@@ -152,7 +169,8 @@ mod tests {
         );
     }
 
-    /// Written by openpyxl 3.1: two sheets with cells, and a time that is a formula without a value.
+    /// Written by openpyxl 3.1: two sheets with cells, the second one with more columns than a table
+    /// may have, and a time that is a formula without a value.
     const SHEETS: &[u8] = include_bytes!("../../tests/data/sheets.xlsx");
 
     #[test]
