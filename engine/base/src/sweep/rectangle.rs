@@ -2,7 +2,7 @@
 
 use glam::{Vec2, vec2};
 
-/// A rectangle in the plane, or all that is within a distance of one: a disc, if its sides are zero.
+/// A rectangle in the plane, or all points within a distance of one: a disc if its sides are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Metres east and north.

@@ -14,7 +14,9 @@ const MOST_NAMED: usize = 6;
 impl Manager {
     /// Makes the orders whose time has come.
     pub(super) fn generate(&mut self, now_secs: f64) {
-        self.orders.set_fleet(self.robots_by_type());
+        if self.orders.has_loads_for_types() {
+            self.orders.set_fleet(self.robots_by_type());
+        }
         let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
         self.orders.generate_feasible_until(now_secs, self.present.len(), &|order| {
             ways.is_feasible(order)

@@ -151,6 +151,11 @@ impl OrderPool {
         if transports.is_empty() { self.places.nodes(|_| true) } else { transports }
     }
 
+    /// Whether a load is for some robot types: then [`set_fleet`](Self::set_fleet) is needed.
+    pub fn has_loads_for_types(&self) -> bool {
+        self.sources.iter().any(|source| !source.generator.robot_types().is_empty())
+    }
+
     /// Notes the number of robots of each type, by the index of the world's robot types: endless
     /// loads for some types have as many open orders as there are robots of them.
     pub fn set_fleet(&mut self, robots_by_type: Vec<usize>) {
