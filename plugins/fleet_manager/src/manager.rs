@@ -154,6 +154,19 @@ impl Manager {
         self.steering.take_back(robot);
     }
 
+    /// Gives up the order of a robot whose action at a stop has failed.
+    pub fn fail_action(&mut self, robot: u32) {
+        let progress = self.progress.get(robot as usize).copied().unwrap_or_default();
+        let (Progress::AtStop(_), Some(stop)) = (progress, self.orders.current_stop(robot)) else {
+            return;
+        };
+        let place = self.orders.places().label(stop.node);
+        let reason = format!("the robot's action at {place} has failed");
+        if self.orders.failed(robot, self.steering.now(), &reason).is_some() {
+            self.halt(robot);
+        }
+    }
+
     /// Takes a frame at a simulated time in seconds; returns the commands to send. `robot_types`
     /// has an index for each robot, or is empty if all are of the first type; `charges` likewise in
     /// per cent, empty if no robot has a battery.

@@ -494,6 +494,7 @@ impl Plugin for FleetManager {
                         manager.refuse(robot);
                     }
                 }
+                Some(EventKind::ActionFailed) => manager.fail_action(event.robot),
                 _ => {}
             }
         }

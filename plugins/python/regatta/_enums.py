@@ -139,6 +139,8 @@ class EventKind(IntEnum):
     """The door across the edge ``id`` is closed."""
     LIFT_ARRIVED = 19
     """A cabin has come to the level of the node ``id``, and its doors are open."""
+    ACTION_FAILED = 20
+    """The robot's action at the stop at the node ``id`` (to pick, to drop, to charge) has failed."""
 
 
 class FacilityKind(IntEnum):

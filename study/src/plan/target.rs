@@ -65,7 +65,7 @@ impl Statistic {
 /// The side of a limit on which values meet a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Values up to the limit.
+    /// Values below the limit.
     AtMost,
     /// Values from the limit on.
     AtLeast,

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{Curve, Known, Point, Run, Step, missing, points};
 use crate::outcome::{Measured, RunEnd, Service};
-use crate::plan::{Precision, Robots, Statistic, Target, TargetFigure};
+use crate::plan::{Precision, Robots, Side, Statistic, Target, TargetFigure};
 use crate::statistics::Interval;
 
 /// The distance up to which the neighbours of the answer are run.
@@ -87,6 +87,13 @@ pub fn standing(target: &Target, point: &Point) -> Standing {
     let Some(interval) = interval(target, point) else { return Standing::Missed };
     let Some(half_width) = interval.half_width else { return Standing::Open };
     let [low, high] = [-half_width, half_width].map(|half| target.margin(interval.mean + half));
+    // `late < 25%` excludes 25 %, `400 orders/h` includes 400: without spread, that is certain.
+    if half_width == 0.0 && low == 0.0 {
+        return match target.side() {
+            Side::AtMost => Standing::Missed,
+            Side::AtLeast => Standing::Met,
+        };
+    }
     match (low.min(high) > 0.0, low.max(high) < 0.0) {
         (true, _) => Standing::Met,
         (_, true) => Standing::Missed,
@@ -186,7 +193,7 @@ fn closest(targets: &[Target], curve: &Curve) -> Option<usize> {
 }
 
 /// Returns whether a point may meet all targets, as 1 or 0, its worst margin, and its throughput
-/// for points without one.
+/// if it has no margin. Of numbers of robots with equal scores the smallest comes closest.
 fn score(targets: &[Target], point: &Point) -> [f64; 3] {
     let intervals = targets.iter().map(|target| (target, interval(target, point)));
     let margins = intervals.map(|(target, interval)| {
@@ -194,9 +201,13 @@ fn score(targets: &[Target], point: &Point) -> [f64; 3] {
     });
     let worst = margins.fold(f64::INFINITY, f64::min);
     let is_whole = !point.is_stalled() && !is_overdue(point);
-    let throughput = point.throughput().map_or(0.0, |interval| interval.mean);
+    let worst = if is_whole { worst } else { f64::NEG_INFINITY };
+    let throughput = match worst.is_finite() {
+        true => 0.0,
+        false => point.throughput().map_or(0.0, |interval| interval.mean),
+    };
     let may_meet = f64::from(u8::from(of_all(targets, point) < Standing::Missed));
-    [may_meet, if is_whole { worst } else { f64::NEG_INFINITY }, throughput]
+    [may_meet, worst, throughput]
 }
 
 /// The search among the numbers that were tried.

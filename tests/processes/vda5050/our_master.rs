@@ -46,6 +46,11 @@ impl OurMaster {
         for (number, [from, to]) in ways.iter().enumerate() {
             text += &format!("o{number},{from}:pick:1 {to}:drop:1\n");
         }
+        self.order_by(&text);
+    }
+
+    /// Gives it transport orders, once it takes them: those of a text of CSV.
+    fn order_by(&self, text: &str) {
         let mut file = std::fs::File::create(&self.orders).expect("a file");
         file.write_all(text.as_bytes()).expect("written");
         let path = self.orders.to_str().expect("a path");
@@ -113,6 +118,25 @@ fn our_manager_steers_vehicles_of_three_versions_by_the_standard() {
     let (errors, judged) = errors(judge);
     assert!(errors == 0 && judged > 100, "{errors} errors in {judged} messages");
     assert!(validator.interrupt().status.success(), "vehicles have touched");
+}
+
+/// A vehicle without a load can't drop one. Its order has failed, and it goes on with the next.
+#[test]
+fn an_order_whose_action_fails_has_failed() {
+    let Some(broker) = Broker::start("own-failed") else { return };
+    let fleet = fleet("own-failed", &["N3"]);
+    let _vehicles = vehicles(&fleet, &broker, &["--action", "pick=1", "--action", "drop=1"]);
+    let master = OurMaster::start("own-failed", &broker, &[]);
+    master.order_by("name,stops\nempty,N1:drop:1\nfull,N3:pick:1 N1:drop:1\n");
+    master.wait_for(1);
+    let list = master.ask(&["orders", "list", "--state", "failed", "--json"]).expect("a list");
+    let list: Value = serde_json::from_str(&list).expect("JSON");
+    let failed: Vec<_> = list.as_array().into_iter().flatten().collect();
+    let [order] = failed[..] else { panic!("{list}") };
+    assert_eq!(order["name"], "empty");
+    assert_eq!(order["reason"], "the robot's action at N1 has failed");
+    let messages = master.end();
+    assert!(messages.contains("its action drop has failed: there is no such load"), "{messages}");
 }
 
 #[test]

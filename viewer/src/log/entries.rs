@@ -8,8 +8,8 @@ use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord};
 /// Returns the entry of an event; `None` if it is routine, as reached nodes are.
 pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
     use EventKind::{
-        BrokenDown, EdgeClosed, EdgeOpened, Faulted, Held, Recovered, Refused, Removed, Repaired,
-        Resumed, Spawned, Stalled,
+        ActionFailed, BrokenDown, EdgeClosed, EdgeOpened, Faulted, Held, Recovered, Refused,
+        Removed, Repaired, Resumed, Spawned, Stalled,
     };
     let (robot, id) = (event.robot, event.id);
     let is_flat = event.detail == BreakdownCause::FlatBattery as u32;
@@ -20,6 +20,10 @@ pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, A
         }
         BrokenDown => (Kind::Fault, Severity::Alarm, format!("robot {robot} broke down")),
         Faulted => (Kind::Fault, Severity::Alarm, format!("robot {robot} can't continue")),
+        ActionFailed => {
+            let text = format!("robot {robot}: its action at node {id} failed");
+            (Kind::Order, Severity::Warning, text)
+        }
         Repaired => (Kind::Fault, Severity::Info, format!("robot {robot} repaired")),
         Stalled => (Kind::Stop, Severity::Warning, format!("robot {robot} stalls")),
         Recovered => (Kind::Stop, Severity::Info, format!("robot {robot} no longer stalls")),

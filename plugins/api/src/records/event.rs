@@ -37,6 +37,7 @@ pub struct EventRecord {
     pub robot: u32,
     /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `DoorOpened`,
     /// `DoorClosed`: that of the door's first edge. `LiftArrived`: that of a node in its cabin.
+    /// `ActionFailed`: that of the node where the robot stands.
     /// `Refused`: the id that the command named.
     pub id: u32,
     /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
@@ -86,6 +87,8 @@ numbered! {
         DoorClosed = 18,
         /// A cabin has come to a level, and its doors are open.
         LiftArrived = 19,
+        /// A robot's action at a stop (to pick, to drop, to charge) has failed.
+        ActionFailed = 20,
     }
 }
 

@@ -99,7 +99,8 @@ numbered! {
         ClosedEdges = 1,
         /// The fleet doesn't have the only robot that may get it.
         NoRobot = 2,
-        /// No robot's full battery lasts for it.
+        /// No robot's full battery lasts for it, as the manager plans: with time for traffic and a
+        /// reserve.
         Battery = 3,
     }
 }
@@ -111,7 +112,9 @@ impl Obstacle {
             Self::NoWay => "no way leads a robot to its stops",
             Self::ClosedEdges => "closed edges lead to its stops",
             Self::NoRobot => "its robot isn't in the fleet",
-            Self::Battery => "no robot's full battery lasts for it and the way to a charger",
+            Self::Battery => {
+                "no robot's full battery lasts for it, planned at twice the driving time"
+            }
         }
     }
 }

@@ -148,7 +148,8 @@ fn all_enums() -> Map<String, Value> {
         CommandKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
             Repair, CloseEdge, OpenEdge, RequestDoor, ReleaseDoor, CallLift, ReleaseLift }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
-            Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened, DoorOpened, DoorClosed, LiftArrived }
+            Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened, DoorOpened, DoorClosed, LiftArrived,
+            ActionFailed }
         FacilityKind { Door, Lift }
         DoorState { Closed, Opening, Open, Closing }
         BreakdownCause { Unknown, FlatBattery }

@@ -226,9 +226,9 @@ pub enum Unroutable {
     #[serde(rename = "no robot of its types is in the fleet")]
     #[strum(to_string = "no robot of its types is in the fleet")]
     NoType,
-    /// No robot's full battery lasts for it, above the reserve.
-    #[serde(rename = "no robot's full battery lasts for it and the way to a charger")]
-    #[strum(to_string = "no robot's full battery lasts for it and the way to a charger")]
+    /// No robot's full battery lasts for twice the driving time, above the reserve.
+    #[serde(rename = "no robot's full battery lasts for it, planned at twice the driving time")]
+    #[strum(to_string = "no robot's full battery lasts for it, planned at twice the driving time")]
     Battery,
 }
 

@@ -7,7 +7,7 @@ use regatta_plugin::world::{EdgeRecord, Orientation};
 use crate::model::managed::Managed;
 use crate::model::worlds;
 use crate::planner::PlannerKind;
-use regatta_orders::{Change, InTurn, OrderId, Unroutable};
+use regatta_orders::{Change, InTurn, OrderId, State, Unroutable};
 
 /// A block with one way in and one way out, and streets round it.
 const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
@@ -47,6 +47,42 @@ fn orders_on_a_single_track_are_carried_out_in_spite_of_breakdowns() {
         let orders = fleet.manager.orders().figures(4_200.0).orders;
         assert!(orders.finished > 45 && orders.waiting < 10, "{robots} {seed}: {orders:?}");
         assert_eq!((orders.failed, orders.unroutable), (0, 0), "{robots} {seed}: {orders:?}");
+    }
+}
+
+/// An order ends where the action at its first or its second stop fails, and nothing else does.
+#[test]
+fn an_order_whose_action_fails_is_over_and_its_robot_gets_another_one() {
+    for handled in [0, 1] {
+        let world = worlds::streets(6, 6.0, true);
+        let mut fleet = Managed::new(&world, 2, 1, LOAD, PlannerKind::Lanes);
+        let is_there = |fleet: &Managed| {
+            let orders = fleet.manager.orders();
+            orders.open_orders().any(|order| {
+                matches!(order.state, State::Handling(0)) && order.handled_stops == handled
+            })
+        };
+        fleet.manager.fail_action(0);
+        while !is_there(&fleet) {
+            fleet.run(1, 0, 0);
+        }
+        let id = fleet.manager.orders().order_of(0).expect("an order");
+        fleet.manager.fail_action(0);
+        fleet.manager.fail_action(7);
+        assert_eq!(fleet.manager.orders().order_of(0), None);
+        let events: Vec<_> = fleet.manager.orders_mut().events().collect();
+        let reasons: Vec<_> = events
+            .iter()
+            .filter_map(|event| match &event.change {
+                Change::Failed { robot: Some(0), reason } => Some((event.id, reason.as_str())),
+                _ => None,
+            })
+            .collect();
+        let place = [0, 23][handled];
+        assert_eq!(reasons, [(id, &*format!("the robot's action at {place} has failed"))]);
+        fleet.run(12_000, 0, 0);
+        let orders = fleet.manager.orders().figures(1_200.0).orders;
+        assert!(orders.failed == 1 && orders.finished > 20, "{orders:?}");
     }
 }
 

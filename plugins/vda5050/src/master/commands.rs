@@ -44,23 +44,34 @@ impl Master {
             }
             CommandKind::Assign | CommandKind::Extend => self.extend(command, legs, kind),
             CommandKind::Release => self.release(command),
-            CommandKind::Cancel | CommandKind::Hold | CommandKind::Resume | CommandKind::Remove => {
-                let Some((_, vehicle)) = self.vehicles.get_mut(robot as usize) else {
-                    return refuse(Refusal::UnknownRobot, robot);
-                };
-                match kind {
-                    CommandKind::Remove if !vehicle.remove() => {
-                        return refuse(Refusal::NotSteerable, robot);
-                    }
-                    CommandKind::Remove => {}
-                    CommandKind::Cancel => vehicle.cancel(&self.roads),
-                    _ => vehicle.hold(kind == CommandKind::Hold),
-                }
-                Ok(())
-            }
+            CommandKind::Cancel
+            | CommandKind::Hold
+            | CommandKind::Resume
+            | CommandKind::Remove
+            | CommandKind::Repair => self.change(kind, robot),
             CommandKind::Leg => refuse(Refusal::MalformedCommand, robot),
             _ => refuse(Refusal::NotSteerable, robot),
         }
+    }
+
+    /// Carries out a command that needs no route.
+    fn change(&mut self, kind: CommandKind, robot: u32) -> Result<(), Refused> {
+        let Some((_, vehicle)) = self.vehicles.get_mut(robot as usize) else {
+            return refuse(Refusal::UnknownRobot, robot);
+        };
+        let is_possible = match kind {
+            CommandKind::Remove => vehicle.remove(),
+            CommandKind::Repair => vehicle.accept_load(),
+            CommandKind::Cancel => {
+                vehicle.cancel(&self.roads);
+                true
+            }
+            _ => {
+                vehicle.hold(kind == CommandKind::Hold);
+                true
+            }
+        };
+        if is_possible { Ok(()) } else { refuse(Refusal::NotSteerable, robot) }
     }
 
     fn extend(

@@ -23,6 +23,8 @@ pub enum Trouble {
     OffRoads,
     /// It is so many metres off the way that it was given.
     Astray(f64),
+    /// It still has the load of an order that has failed.
+    Loaded,
     /// It rejects its order.
     Rejects(String),
     /// It doesn't answer.
@@ -89,6 +91,7 @@ impl fmt::Display for Trouble {
             Self::Unlocalized => f.write_str("it doesn't know its position"),
             Self::OffRoads => f.write_str("it is at no node or edge of the layout"),
             Self::Astray(metres) => write!(f, "it is {metres:.1} m off its way"),
+            Self::Loaded => f.write_str("it still has the load of an order that has failed"),
             Self::Rejects(reason) => write!(f, "it rejects its order: {reason}"),
             Self::Mute => f.write_str("it doesn't answer to its order"),
             Self::TooLarge([length, width]) => {

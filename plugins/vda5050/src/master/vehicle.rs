@@ -48,6 +48,8 @@ pub struct Vehicle {
     /// The time from which on it is asked for what it hasn't told.
     ask_at: f64,
     is_held: bool,
+    /// Whether one of its actions has failed since it last had no load.
+    has_failed: bool,
     /// Whether the next edge of its base is closed.
     is_barred: bool,
     /// Since when it has stood at a charger without work, in seconds.
@@ -89,6 +91,7 @@ impl Vehicle {
             is_removed: false,
             ask_at: f64::NEG_INFINITY,
             is_held: false,
+            has_failed: false,
             is_barred: false,
             rests_since: None,
             shown: RobotState::Idle,
@@ -216,9 +219,11 @@ impl Vehicle {
         if self.state.is_none() {
             self.ask_at = now;
         }
+        let node = roads.map().find_node(&state.last_node_id).map(|node| roads.node(node).number);
         for news in self.talk.take(&state, now) {
-            self.take_news(news);
+            self.take_news(news, node);
         }
+        self.has_failed &= has_load(&state);
         if let (Some(course), Some(number)) = (&mut self.course, self.talk.number(&state)) {
             let events = &mut self.events;
             course.finish(number, roads, |node| {
@@ -231,7 +236,8 @@ impl Vehicle {
         self.find_place(roads, limits);
     }
 
-    fn take_news(&mut self, news: News) {
+    /// Takes news from a vehicle that tells a last node; the layout may not have that node.
+    fn take_news(&mut self, news: News, node: Option<u32>) {
         match news {
             News::OrderLost => {
                 self.lines.push("it no longer has its order, and gets it again".to_owned());
@@ -243,9 +249,24 @@ impl Vehicle {
                 }
             }
             News::ActionFailed(kind, result) => {
-                self.lines.push(format!("its action {kind} has failed: {result}"));
+                let reason = if result.is_empty() { "no result is told" } else { &result };
+                self.lines.push(format!("its action {kind} has failed: {reason}"));
+                self.has_failed = true;
+                self.events.push(event(EventKind::ActionFailed, node.unwrap_or_default()));
             }
         }
+    }
+
+    /// Whether it still has the load of an order that has failed.
+    fn has_stray_load(&self) -> bool {
+        self.has_failed && self.state.as_ref().is_some_and(has_load)
+    }
+
+    /// Lets it work again with the load that it still has. Returns whether it had one.
+    pub fn accept_load(&mut self) -> bool {
+        let had_one = self.has_stray_load();
+        self.has_failed = false;
+        had_one
     }
 
     /// Holds it, or lets it go on.
@@ -257,6 +278,11 @@ impl Vehicle {
     pub fn course_mut(&mut self) -> Option<&mut Course> {
         self.course.as_mut()
     }
+}
+
+/// Whether a vehicle tells of a load.
+fn has_load(state: &State) -> bool {
+    state.loads.as_ref().is_some_and(|loads| !loads.is_empty())
 }
 
 /// An event without a robot and a token.

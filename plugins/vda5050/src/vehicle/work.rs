@@ -71,6 +71,7 @@ impl Vehicle {
         };
         if let Some(job) = self.jobs.find(id) {
             job.end(status);
+            job.result = outcome.as_ref().err().cloned();
         }
         self.tell_outcome(id, outcome);
     }

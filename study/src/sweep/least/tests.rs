@@ -91,6 +91,23 @@ fn a_target_that_no_fleet_meets_has_a_closest_one() {
     assert!((35..=39).contains(&curve.points[closest].robots), "{:?}", curve.points[closest]);
 }
 
+/// One of four orders is late whatever the number of robots, and more robots finish a bit more an
+/// hour.
+#[test]
+fn a_figure_that_is_exactly_at_its_limit_misses_it_and_the_fewest_robots_are_as_close() {
+    let plant = |robots: u32, _| {
+        let orders_per_hour = 40.0 + f64::from(robots);
+        Ok(Measured { late: Some(0.25), orders_per_hour, ..day(60.0) })
+    };
+    for limit in ["late < 25%", "late < 20%"] {
+        let (curve, _) = search(&[limit], "1..3", plant);
+        assert_eq!((found(&curve), curve.chosen()), (None, Some(0)), "{limit}");
+        let target = limit.parse().expect("a target");
+        assert_eq!(standing(&target, &curve.points[0]), Standing::Missed, "{limit}");
+    }
+    assert_eq!(found(&search(&["late < 26%"], "1..3", plant).0), Some(1));
+}
+
 #[test]
 fn robots_that_do_not_fit_end_the_search() {
     let plant = |limit: u32| {

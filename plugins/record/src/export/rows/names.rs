@@ -3,7 +3,7 @@
 use super::Value;
 
 /// The names of events, by number.
-pub(super) const EVENTS: [&str; 20] = [
+pub(super) const EVENTS: [&str; 21] = [
     "unknown",
     "reached_node",
     "route_done",
@@ -24,6 +24,7 @@ pub(super) const EVENTS: [&str; 20] = [
     "door_opened",
     "door_closed",
     "lift_arrived",
+    "action_failed",
 ];
 
 /// The names of the reasons of refusals, by number.

@@ -102,6 +102,39 @@ fn a_failed_action_is_told() {
     trial.take(&order).tell(json!({"actionStates": failed}));
     assert_eq!(trial.vehicle.take_lines(), ["its action drop has failed: nothing to drop"]);
     assert_eq!(trial.shown(), RobotState::Idle);
+    let events = trial.vehicle.take_events();
+    let failed = events.iter().find(|event| event.kind() == Some(EventKind::ActionFailed));
+    assert_eq!(failed.map(|event| event.id), Some(1), "the id of N1: {events:?}");
+}
+
+#[test]
+fn a_vehicle_works_again_when_the_load_of_its_failed_order_is_gone() {
+    for is_unloaded in [true, false] {
+        let mut trial = Trial::new(2);
+        trial.tell(json!({"loads": [{"loadId": "box"}]}));
+        assert_eq!(trial.shown(), RobotState::Idle, "it may have come with a load");
+        trial.vehicle.handle(StopAction::Drop, |_| Vec::new());
+        let order = trial.order();
+        let id = &order.nodes[0].actions[0].action_id;
+        let failed = json!([{"actionId": id, "actionStatus": "FAILED"}]);
+        trial.take(&order).tell(json!({"actionStates": failed}));
+        assert_eq!(trial.shown(), RobotState::Broken);
+        assert_eq!(
+            trial.vehicle.take_lines(),
+            [
+                "its action drop has failed: no result is told",
+                "it still has the load of an order that has failed; its way is kept free"
+            ]
+        );
+        if is_unloaded {
+            trial.tell(json!({"loads": []}));
+            assert!(!trial.vehicle.accept_load(), "it has none");
+        } else {
+            assert!(trial.vehicle.accept_load());
+            trial.wait(1.0);
+        }
+        assert_eq!(trial.shown(), RobotState::Idle);
+    }
 }
 
 #[test]

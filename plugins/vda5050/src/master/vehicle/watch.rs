@@ -63,6 +63,9 @@ impl Vehicle {
         if self.off_way > limits.tolerance {
             return Some(Trouble::Astray(self.off_way));
         }
+        if self.has_stray_load() {
+            return Some(Trouble::Loaded);
+        }
         if let Some(reason) = self.talk.rejection() {
             return Some(Trouble::Rejects(reason.to_owned()));
         }
