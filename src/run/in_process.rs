@@ -9,7 +9,7 @@ use regatta_plugin::Termination;
 use regatta_run::{Run, RunError, Summary};
 use regatta_scenario::{PluginCommand, Scenario};
 use regatta_study::statistics::percentile;
-use regatta_validator::{KindReport, Report};
+use regatta_validator::Report;
 use serde_json::json;
 
 use super::{FLEET_MANAGER, LoadFile, RunArgs};
@@ -170,7 +170,8 @@ impl<'a> Results<'a> {
             (Some(p50), Some(p99)) => format!("median {p50:.1} s, 99th percentile {p99:.1} s"),
             _ => "no order was finished".to_owned(),
         };
-        let found: Vec<_> = self.findings.found().map(KindReport::in_words).collect();
+        let found: Vec<_> =
+            self.findings.found().map(|found| format!("{} {}", found.count, found.kind)).collect();
         let Figures { robots, finished, open, failed, .. } = &self.figures;
         let (sim_secs, wall_secs) =
             (self.summary.sim_time.as_secs_f64(), self.summary.wall_time.as_secs_f64());

@@ -142,17 +142,6 @@ impl fmt::Display for Report {
 }
 
 impl KindReport {
-    /// The number of findings in words: `2 contact`, `1 order open for over 20 min`.
-    pub fn in_words(&self) -> String {
-        let limit_secs = self.examples.first().and_then(|finding| finding.limit);
-        match (self.kind, limit_secs) {
-            (Kind::Unserved, Some(secs)) => {
-                format!("{} open for over {:.0} min", plural(self.count, "order"), secs / 60.0)
-            }
-            _ => format!("{} {}", self.count, self.kind),
-        }
-    }
-
     /// Describes the first finding in one line.
     fn first(&self) -> String {
         self.examples.first().map(|finding| describe(finding, self.unit)).unwrap_or_default()
@@ -214,16 +203,5 @@ mod tests {
         let expected = "2 frames of 3 robots in 0.00 s, 0 orders";
         assert_eq!(Report { frames: 2, robots: 3, ..Report::default() }.subject(), expected);
         assert_eq!(plural(1, "finding"), "1 finding");
-    }
-
-    #[test]
-    fn an_order_that_is_under_way_is_told_as_open() {
-        let open = Finding { limit: Some(1200.0), ..Finding::at(9, 1300.0) };
-        let of = |kind: Kind, count| {
-            KindReport { kind, unit: kind.unit(), count, examples: vec![open.clone()] }.in_words()
-        };
-        assert_eq!(of(Kind::Unserved, 1), "1 order open for over 20 min");
-        assert_eq!(of(Kind::Unserved, 3), "3 orders open for over 20 min");
-        assert_eq!(of(Kind::Contact, 2), "2 contact");
     }
 }
