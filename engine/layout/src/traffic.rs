@@ -69,13 +69,16 @@ pub use self::under_way::MostUnderWay;
 use crate::model::route_graph::RouteGraph;
 use crate::model::zones::{Zone, ZoneRule};
 
-/// A node where a standing robot is in the way of robots on roads that don't meet there.
+/// A node where a robot is in the way of robots on roads that don't meet there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InTheWay {
     /// The node.
     pub node: NodeIndex,
-    /// The edges, in ascending order.
+    /// The edges on which robots touch one that stands there, in ascending order.
     pub edges: Vec<EdgeIndex>,
+    /// The further edges on which robots touch one that turns on the spot there, in ascending
+    /// order.
+    pub swept: Vec<EdgeIndex>,
 }
 
 /// The certificate of a layout: the traffic that it allows robots of a type.
@@ -91,7 +94,7 @@ pub struct Certificate {
     pub rings: Rings,
     /// The parts that can't be reached or left.
     pub parts: Vec<Part>,
-    /// The nodes at which a standing robot is in the way on other roads.
+    /// The nodes at which a robot that stands or turns is in the way on other roads.
     pub in_the_way: Vec<InTheWay>,
     /// The legs that are slower than a walk.
     pub slow: Vec<SlowLeg>,
@@ -174,11 +177,13 @@ fn sinks(network: &Network<'_>) -> Vec<NodeIndex> {
 fn in_the_way(network: &Network<'_>, conflicts: &Conflicts) -> Vec<InTheWay> {
     let mut found = Vec::new();
     for node in (0..network.nodes()).map(NodeIndex) {
-        let touched = conflicts.touched(node.0).iter().copied().map(EdgeIndex);
-        let edges: Vec<EdgeIndex> =
-            touched.filter(|edge| !is_ride_past(network.graph, *edge, node)).collect();
-        if !edges.is_empty() {
-            found.push(InTheWay { node, edges });
+        let [edges, swept] =
+            [conflicts.touched(node.0), conflicts.swept(node.0)].map(|edges| -> Vec<EdgeIndex> {
+                let edges = edges.iter().copied().map(EdgeIndex);
+                edges.filter(|edge| !is_ride_past(network.graph, *edge, node)).collect()
+            });
+        if !(edges.is_empty() && swept.is_empty()) {
+            found.push(InTheWay { node, edges, swept });
         }
     }
     found

@@ -1,6 +1,6 @@
 //! The times of doors and lifts that a scenario gives instead of those of its graph.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use regatta_layout::model::facilities::MAX_FACILITY_SECS;
 use regatta_layout::{Door, DoorTimes, Lift, RouteGraph};
@@ -30,6 +30,15 @@ pub(super) fn override_facilities(
         changed.map_err(|message| (format!("lifts, {key}"), message))?;
     }
     Ok(graph.with_facilities(changed_doors, changed_lifts))
+}
+
+/// Returns a warning for each lift that lacks nodes for its capacity, as a scenario or a file has
+/// it.
+pub(super) fn lacking_places(graph: &RouteGraph) -> BTreeSet<String> {
+    let lacking = graph.lifts().iter().filter_map(|lift| {
+        Some(format!("warning: lifts, {}: it {}", lift.name, lift.lack_of_places()?))
+    });
+    lacking.collect()
 }
 
 /// Returns the door or the lift with a name.

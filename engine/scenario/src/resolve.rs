@@ -10,7 +10,7 @@ use regatta_layout::model::components::Components;
 use regatta_layout::{NodeIndex, Role, RouteGraph};
 
 use super::explain::did_you_mean;
-use super::facilities::override_facilities;
+use super::facilities::{lacking_places, override_facilities};
 use super::names::Names;
 use super::places;
 use super::robot_type::robot_types;
@@ -49,6 +49,8 @@ pub(super) fn resolve(
         robot_types(file.robot_types).map_err(|message| source.invalid("robot_types", message))?;
     override_nodes(file.nodes, &mut graph)
         .map_err(|(place, message)| source.invalid(&place, message))?;
+    // The warnings of the layout have those of its own capacities.
+    let lacking_before = lacking_places(&graph);
     let graph = override_facilities(file.doors, file.lifts, graph)
         .map_err(|(place, message)| source.invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types)
@@ -68,6 +70,7 @@ pub(super) fn resolve(
     let warnings = warnings
         .into_iter()
         .flatten()
+        .chain(lacking_places(&graph).difference(&lacking_before).cloned())
         .map(|message| format!("{}: {message}", source.path.display()))
         .collect();
 

@@ -98,16 +98,18 @@ pub enum EngineError {
         most = services::EVENT_BUFFER
     )]
     TooFewFrames(u32),
-    /// The route graph has too few places for robots that stand.
+    /// No place was found for all robots that stand. They are placed one after the other: the
+    /// number that fits is a lower bound.
     #[error(
         "{fit} of {wanted} robots fit where they wait for commands (nodes of the layout's main part \
-         at which an edge ends, 0.1 m from each other, and no more in a zone than it holds); use \
-         fewer, or a larger graph"
+         at which an edge ends, 0.1 m from each other, and no more in a zone than it holds), \
+         taken in the random order of the seed: another seed may place more; use fewer, or a \
+         larger graph"
     )]
     NoRoom {
         /// The requested number of robots.
         wanted: u32,
-        /// The number that fits.
+        /// The number that was placed.
         fit: u32,
     },
     /// A robot would begin in the shaft of a lift whose cabin is elsewhere.

@@ -309,6 +309,7 @@ impl Orders {
                 robots: order.robot.into_iter().collect(),
                 value: Some(age),
                 limit: Some(after_secs),
+                note: if order.robot.is_some() { "under way" } else { "no robot has it" }.into(),
                 ..Finding::at(now.tick, now.seconds)
             });
         }

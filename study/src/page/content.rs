@@ -229,9 +229,9 @@ fn no_room(variant: &VariantAnswer, NoRoom { robots, seeds, reason }: &NoRoom) -
     let list: Vec<String> = seeds.iter().map(u64::to_string).collect();
     let list = list.join(", ");
     match (fits, seeds.len()) {
-        (false, _) => format!("With {robots}, there is no room: {reason}."),
-        (true, 1) => format!("With {robots}, there is no room with seed {list}: {reason}."),
-        (true, _) => format!("With {robots}, there is no room with seeds {list}: {reason}."),
+        (false, _) => format!("With {robots}, not all found a place: {reason}."),
+        (true, 1) => format!("With {robots}, not all found a place with seed {list}: {reason}."),
+        (true, _) => format!("With {robots}, not all found a place with seeds {list}: {reason}."),
     }
 }
 

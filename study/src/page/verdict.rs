@@ -156,8 +156,8 @@ fn unknown(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
     let without_room = variant.no_room.iter().find(|no_room| no_room.robots == *robots);
     Some(match without_room {
         Some(NoRoom { reason, .. }) => format!(
-            "{count} {carries} {some} orders an hour with {seeds}; with others, there is no room \
-             for {count}: {reason}."
+            "{count} {carries} {some} orders an hour with {seeds}; with others, not all found a \
+             place: {reason}."
         ),
         None => format!(
             "{count} {carries} {some} orders an hour, which is no more precise with {seeds}. Give \
@@ -365,7 +365,8 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
     let failed = variant.failed.iter().find(|(more, _)| *more > robots);
     match (without_room, failed) {
         (Some(NoRoom { robots: more, reason, .. }), None) => {
-            let reason = format!("There is no room for {}: {reason}", robots_in_words(*more));
+            let reason =
+                format!("With {}, not all found a place: {reason}", robots_in_words(*more));
             limited(count, throughput, &reason, between(robots, *more))
         }
         (_, Some((more, reason))) => {

@@ -252,8 +252,8 @@ fn is_in_range(metres: DVec2) -> bool {
 /// it.
 const NEAR_DOOR: f64 = 0.3;
 
-/// Warns of doors at nodes, in lifts or beside their edges, and of lifts in which levels aren't
-/// joined.
+/// Warns of doors at nodes, in lifts or beside their edges, of lifts that lack nodes for their
+/// capacity, and of lifts in which levels aren't joined.
 pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     for (door, raw) in graph.doors().iter().zip(&raw.doors) {
         for problem in [in_a_lift(graph, door), beside_an_edge(graph, door)].into_iter().flatten() {
@@ -270,6 +270,9 @@ pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) 
         }
     }
     for (lift, raw) in graph.lifts().iter().zip(&raw.lifts) {
+        if let Some(problem) = lift.lack_of_places() {
+            report.assumption(raw.at, format!("lift `{}` {problem}", shorten(&lift.name)));
+        }
         for (below, pair) in lift.levels.windows(2).enumerate() {
             if !is_joined(graph, lift, below) {
                 let [from, to] = [&pair[0], &pair[1]].map(|level| shorten(&level.name));

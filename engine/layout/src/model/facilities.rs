@@ -7,6 +7,7 @@ use regatta_base::graph::{CRAWL, EdgeIndex, NodeIndex};
 
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
+use super::value::shorten;
 use super::zones::{Zone, ZoneRule};
 
 /// The times of a door, in seconds.
@@ -158,6 +159,20 @@ impl Lift {
         self.capacity.min(nodes.unwrap_or(NonZeroU32::MIN))
     }
 
+    /// Tells that it carries fewer robots than its capacity allows, if so.
+    pub fn lack_of_places(&self) -> Option<String> {
+        let (places, capacity) = (self.places(), self.capacity);
+        let level = self.levels.iter().min_by_key(|level| level.nodes.len())?;
+        let robots = if places.get() == 1 { "robot" } else { "robots" };
+        (places < capacity).then(|| {
+            format!(
+                "has a capacity of {capacity}, but carries {places} {robots} at a time: level {} \
+                 has no more nodes in the cabin; add nodes for the others to each level",
+                shorten(&level.name)
+            )
+        })
+    }
+
     /// Returns the zone of its robots: its nodes, and all edges from them and to them. A robot in a
     /// doorway keeps the cabin, too.
     pub(crate) fn zone(&self, edges: &[Edge]) -> Zone {
@@ -199,22 +214,24 @@ mod tests {
             name: "level".into(),
             nodes: nodes.iter().map(|node| NodeIndex(*node)).collect(),
         };
-        let places = |levels: Vec<LiftLevel>| {
-            let lift = Lift {
-                name: "lift".into(),
-                levels,
-                rides: Vec::new(),
-                cabin: None,
-                door_times: DoorTimes::default(),
-                level_secs: 6.0,
-                capacity: NonZeroU32::new(3).expect("not zero"),
-                home: 0,
-            };
-            lift.places().get()
+        let lift = |levels: Vec<LiftLevel>| Lift {
+            name: "lift".into(),
+            levels,
+            rides: Vec::new(),
+            cabin: None,
+            door_times: DoorTimes::default(),
+            level_secs: 6.0,
+            capacity: NonZeroU32::new(3).expect("not zero"),
+            home: 0,
         };
-        assert_eq!(places(vec![level(&[1]), level(&[2])]), 1);
-        assert_eq!(places(vec![level(&[1, 2]), level(&[3, 4, 5])]), 2);
-        assert_eq!(places(vec![level(&[1, 2, 3, 4]), level(&[5, 6, 7, 8])]), 3);
+        let (one, two) =
+            (lift(vec![level(&[1]), level(&[2])]), lift(vec![level(&[1, 2]), level(&[3, 4, 5])]));
+        assert_eq!((one.places().get(), two.places().get()), (1, 2));
+        for (lift, told) in [(one, "carries 1 robot at a time"), (two, "carries 2 robots")] {
+            assert!(lift.lack_of_places().is_some_and(|lack| lack.contains(told)), "{told}");
+        }
+        let three = lift(vec![level(&[1, 2, 3, 4]), level(&[5, 6, 7, 8])]);
+        assert_eq!((three.places().get(), three.lack_of_places()), (3, None));
     }
 
     #[test]

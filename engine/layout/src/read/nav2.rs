@@ -20,7 +20,7 @@ use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
 use crate::read::file::{Ignored, Source, SyntaxError, offset_of};
-use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use crate::read::layout::{DEFAULT_SPEED, Layout, LayoutEdge, LayoutNode, Shape};
 use feature::{Feature, Geometry};
 
 /// The key by which our writer marks an edge that is another edge in reverse gear.
@@ -75,6 +75,8 @@ fn keep_level(layout: &mut Layout, options: &ReadOptions, report: &mut Report<'_
 /// The findings that are reported once, with the number of times.
 #[derive(Debug, Default)]
 struct Counts {
+    /// The edges with each speed that isn't one.
+    wrong_speeds: BTreeMap<String, Count>,
     relative_speeds: Count,
     polylines: Count,
     gaps: Count,
@@ -232,9 +234,15 @@ impl<'text> Reader<'_, 'text> {
         if feature.id("id").is_some_and(|own| own != id) {
             tags.set("id", &feature.id("id").unwrap_or_default());
         }
-        if special.speed.is_none() && tags.properties.contains_key("speed_limit") {
+        let has_speed = special.speed.is_some() || special.wrong_speed.is_some();
+        if !has_speed && tags.properties.contains_key("speed_limit") {
             self.counts.relative_speeds.add(feature.at, &id);
         }
+        let speed = special.speed.or_else(|| {
+            let wrong_speed = special.wrong_speed?;
+            self.counts.wrong_speeds.entry(wrong_speed).or_default().add(feature.at, &id);
+            Some(DEFAULT_SPEED)
+        });
         let ends = positions.get(&*origin).copied().zip(positions.get(&*destination).copied());
         let shape = ends.map_or(Shape::Straight, |ends| self.shape(feature.at, &id, line, ends));
         let edge = LayoutEdge {
@@ -243,7 +251,7 @@ impl<'text> Reader<'_, 'text> {
             origin,
             destination,
             shape,
-            speed: special.speed,
+            speed,
             orientation: special.orientation,
             tags,
             ..LayoutEdge::default()
@@ -287,6 +295,14 @@ impl<'text> Reader<'_, 'text> {
     fn finish(self) {
         let Self { report, ignored, counts, .. } = self;
         ignored.report(report);
+        for (value, count) in counts.wrong_speeds {
+            let value = shorten(&value);
+            let what = format!(
+                "its `abs_speed_limit` `{value}` isn't a number of metres per second above 0: \
+                 {DEFAULT_SPEED} m/s is used"
+            );
+            count.report(&what, report);
+        }
         counts.relative_speeds.report(
             "`speed_limit` is a share of the robot's own maximum: kept as a property; \
              `abs_speed_limit` gives metres per second",
@@ -327,10 +343,7 @@ fn merge_reverse(reverse: Vec<(String, LayoutEdge)>, edges: &mut Vec<LayoutEdge>
                 && forward.destination == edge.origin
                 && forward.reverse_speed.is_none()
         }) {
-            Some(forward) => {
-                forward.reverse_speed =
-                    Some(edge.speed.unwrap_or(crate::read::layout::DEFAULT_SPEED))
-            }
+            Some(forward) => forward.reverse_speed = Some(edge.speed.unwrap_or(DEFAULT_SPEED)),
             None => edges.push(edge),
         }
     }

@@ -80,6 +80,8 @@ pub struct Conflicts {
     touching: Rows<u32>,
     /// By node: the edges that don't meet there, on which robots touch one that stands there.
     touched: Rows<u32>,
+    /// By node: further such edges, on which robots touch one that turns on the spot there.
+    swept: Rows<u32>,
 }
 
 /// The things that a robot at a node touches.
@@ -88,17 +90,24 @@ struct Contacts {
     nodes: Vec<u32>,
     /// Nodes where another robot that turns touches it.
     turns: Vec<u32>,
+    /// Further edges, which it touches when it turns.
+    swept: Vec<u32>,
 }
 
 impl Conflicts {
     /// Tests the robots that stand at each node against those on all edges and at all nodes.
     pub fn new(network: &Network<'_>, sweeps: &Sweeps, robot: &RobotType) -> Self {
         let finder = Finder::new(network.graph, sweeps, robot);
-        let contacts = cores::map(network.nodes() as usize, |node| finder.contacts(node as u32));
+        let contacts = cores::map(network.nodes() as usize, |node| {
+            let may_turn = turns_at(network, robot, node as u32);
+            finder.contacts(node as u32, may_turn)
+        });
         let touching = (0..).zip(&contacts).flat_map(|(node, found)| pairs(node, &found.nodes));
         let touched = (0..).zip(&contacts).flat_map(|(node, found)| pairs(node, &found.edges));
         let touching = Rows::of_sorted(contacts.len(), touching);
         let touched = Rows::of_sorted(contacts.len(), touched);
+        let swept = (0..).zip(&contacts).flat_map(|(node, found)| pairs(node, &found.swept));
+        let swept = Rows::of_sorted(contacts.len(), swept);
         let mut blocked = Vec::new();
         for (node, found) in (0..).zip(&contacts) {
             blocked.extend(legs_blocked(network, robot, node, found));
@@ -109,6 +118,7 @@ impl Conflicts {
             blocked: Rows::new(contacts.len(), blocked),
             touching,
             touched,
+            swept,
         }
     }
 
@@ -143,6 +153,12 @@ impl Conflicts {
     /// order.
     pub fn touched(&self, node: u32) -> &[u32] {
         self.touched.row(node)
+    }
+
+    /// The further edges that don't meet a node, on which robots touch one that turns on the spot
+    /// there, in ascending order.
+    pub fn swept(&self, node: u32) -> &[u32] {
+        self.swept.row(node)
     }
 }
 
@@ -187,6 +203,12 @@ fn may_turn(network: &Network<'_>, leg: Leg) -> bool {
     })
 }
 
+/// Whether a robot may turn on the spot at a node.
+fn turns_at(network: &Network<'_>, robot: &RobotType, node: u32) -> bool {
+    let mut departures = network.departures(node).iter();
+    robot.turning() == Turning::OnTheSpot && departures.any(|leg| may_turn(network, *leg))
+}
+
 /// Finds what robots touch that stand at nodes.
 struct Finder<'a> {
     graph: &'a RouteGraph,
@@ -222,20 +244,26 @@ impl<'a> Finder<'a> {
         }
     }
 
-    fn contacts(&self, node: u32) -> Contacts {
-        Contacts { edges: self.edges(node), nodes: self.nodes(node), turns: self.turns(node) }
+    fn contacts(&self, node: u32, may_turn: bool) -> Contacts {
+        let edges = self.edges(node, &self.standing[node as usize]);
+        let mut swept = Vec::new();
+        if may_turn {
+            swept = self.edges(node, &[self.disc(node)]);
+            swept.retain(|edge| edges.binary_search(edge).is_err());
+        }
+        Contacts { nodes: self.nodes(node), turns: self.turns(node), edges, swept }
     }
 
-    /// The edges that don't meet a node, on which robots touch one there.
-    fn edges(&self, node: u32) -> Vec<u32> {
-        let standing = &self.standing[node as usize];
-        let mut near = self.edge_grid.near(standing);
+    /// The edges that don't meet a node, on which robots touch one with some outlines there, in
+    /// ascending order.
+    fn edges(&self, node: u32, outlines: &[Rectangle]) -> Vec<u32> {
+        let mut near = self.edge_grid.near(outlines);
         near.retain(|&edge| {
             let ends = self.graph.edge(EdgeIndex(edge));
             ends.origin.0 != node
                 && ends.destination.0 != node
                 && self.levels.join_edge(node, edge)
-                && touches_any(standing, self.edges[edge as usize].rectangles())
+                && touches_any(outlines, self.edges[edge as usize].rectangles())
         });
         near
     }

@@ -48,7 +48,8 @@ pub struct Figures {
     pub service: Durations,
     /// From when robots could have an order to the arrival of its robot at the first stop.
     pub waiting: Durations,
-    /// Orders that robots could have, and whose robot is not at the first stop yet.
+    /// Orders that robots could have, and whose robot is not at the first stop yet. Those that are
+    /// unroutable don't count.
     pub unserved: usize,
     /// The longest wait of these, in seconds.
     pub longest_unserved_secs: f64,
@@ -130,7 +131,7 @@ fn per_sec(count: usize, secs: f64) -> f64 {
 
 fn is_unserved(order: &Order) -> bool {
     let has_begun = order.is_bound() || matches!(order.state, State::Handling(_));
-    !has_begun && order.state != State::Created
+    !has_begun && !matches!(order.state, State::Created | State::Unroutable)
 }
 
 impl Durations {

@@ -276,7 +276,16 @@ fn recording_of_messages(folder: &Path) -> PathBuf {
     out.write(&Topic::World, at(0), &world.encode_to_vec()).unwrap();
     let event =
         |kind, robot, id, detail| regatta::Event { token: 5, kind, robot, id, detail, cause: 0 };
-    let events = vec![event(1, 3, 12, 0), event(7, 4, 99, 2), event(2, 3, 0, 0)];
+    let flat = regatta::Event { cause: 1, ..event(13, 3, 0, 0) };
+    let closed = event(15, u32::MAX, 71, 0);
+    let events = vec![
+        event(1, 3, 12, 0),
+        event(7, 4, 99, 2),
+        event(2, 3, 0, 0),
+        flat,
+        event(13, 5, 0, 0),
+        closed,
+    ];
     let events = regatta::Events { run_id: 1, tick: 2, events, ..regatta::Events::default() };
     out.write(&Topic::Events, at(2), &events.encode_to_vec()).unwrap();
     let command = |kind, legs| regatta::Command {
@@ -323,10 +332,13 @@ fn recording_of_messages(folder: &Path) -> PathBuf {
     path
 }
 
-const EVENTS: &str = "time_s,run,tick,robot,kind,id,token,refusal
-0.02,0,2,3,reached_node,12,5,
-0.02,0,2,4,refused,99,5,unknown_edge
-0.02,0,2,3,route_done,,5,
+const EVENTS: &str = "time_s,run,tick,robot,kind,id,token,refusal,cause
+0.02,0,2,3,reached_node,12,5,,
+0.02,0,2,4,refused,99,5,unknown_edge,
+0.02,0,2,3,route_done,,5,,
+0.02,0,2,3,broken_down,,5,,flat_battery
+0.02,0,2,5,broken_down,,5,,unknown
+0.02,0,2,4294967295,edge_closed,71,5,,
 ";
 const COMMANDS: &str = "time_s,run,tick,robot,kind,id,s_m,reverse,released,robot_type,legs,token
 0.03,0,3,3,assign,71,0.1,0,0,0,1,8

@@ -357,6 +357,24 @@ fn a_transport_as_it_should_be_has_no_findings() {
 }
 
 #[test]
+fn an_order_that_is_open_for_long_is_told_as_under_way_if_a_robot_has_it() {
+    for (records, note) in [(3, "no robot has it"), (4, "under way")] {
+        let mut judge = judge();
+        for tick in 0..=700 {
+            show(&mut judge, tick, &[carrier(tick)]);
+            for (at, record) in transport()[..records].iter().filter(|(at, _)| *at == tick) {
+                let header = OrderHeader { run_id: 7, tick: *at, ..OrderHeader::default() };
+                judge.take_orders(&header, 0, &[*record]);
+            }
+        }
+        let report = judge.finish();
+        let unserved = report.found().find(|found| found.kind == Kind::Unserved);
+        let notes = unserved.map(|found| found.examples[0].note.to_string());
+        assert_eq!(notes.as_deref(), Some(note));
+    }
+}
+
+#[test]
 fn a_robot_that_leaves_in_a_missed_frame_has_handled_its_stop() {
     let mut log = transport();
     log[5].0 = 40;

@@ -21,10 +21,22 @@ impl<'text> Reader<'_, '_, 'text> {
         &mut self,
         raw: Raw<'text>,
         sheet: &Sheet<'text>,
+        numbers: [usize; 2],
+    ) -> Option<(LayoutEdge, Role)> {
+        let object = Object::parse(raw, "an edge", &mut self.context)?;
+        self.context.edge = object.name("edgeId").map(|id| format!("edge `{}`", shorten(&id)));
+        let edge = self.edge_of(object, sheet, numbers);
+        self.context.edge = None;
+        edge
+    }
+
+    fn edge_of(
+        &mut self,
+        mut object: Object<'text>,
+        sheet: &Sheet<'text>,
         [layout, number]: [usize; 2],
     ) -> Option<(LayoutEdge, Role)> {
         let context = &mut self.context;
-        let mut object = Object::parse(raw, "an edge", context)?;
         let at = object.at;
         let [id, start, end] =
             ["edgeId", "startNodeId", "endNodeId"].map(|key| object.take_text(key, context));

@@ -15,6 +15,8 @@ pub(super) struct Context<'r, 'text> {
     pub text: &'text str,
     pub report: &'r mut Report<'text>,
     pub ignored: Ignored,
+    /// The edge that is being read, in words, for messages.
+    pub edge: Option<String>,
     /// By message.
     notes: BTreeMap<Cow<'static, str>, Note>,
 }
@@ -29,11 +31,25 @@ struct Note {
     at: u32,
     /// The number of occurrences.
     count: usize,
+    /// The edge of the first occurrence, in words.
+    edge: Option<String>,
+}
+
+impl Note {
+    /// Where and how often it occurs, if there is anything to tell.
+    fn occurrences(&self) -> String {
+        match (self.count, &self.edge) {
+            (1, None) => String::new(),
+            (1, Some(edge)) => format!(" ({edge})"),
+            (count, None) => format!(" ({count} times)"),
+            (count, Some(edge)) => format!(" ({count} times, first at {edge})"),
+        }
+    }
 }
 
 impl<'r, 'text> Context<'r, 'text> {
     pub fn new(text: &'text str, report: &'r mut Report<'text>) -> Self {
-        Self { text, report, ignored: Ignored::default(), notes: BTreeMap::new() }
+        Self { text, report, ignored: Ignored::default(), edge: None, notes: BTreeMap::new() }
     }
 
     /// Returns the byte offset of a part of the text.
@@ -42,7 +58,8 @@ impl<'r, 'text> Context<'r, 'text> {
     }
 
     pub fn error(&mut self, at: u32, message: impl Into<String>) {
-        self.report.file_error(at, message);
+        let edge = self.edge.iter().map(|edge| format!(" ({edge})")).collect::<String>();
+        self.report.file_error(at, format!("{}{edge}", message.into()));
     }
 
     pub fn warning(&mut self, at: u32, message: impl Into<String>) {
@@ -60,15 +77,15 @@ impl<'r, 'text> Context<'r, 'text> {
     }
 
     fn add_note(&mut self, kind: FindingKind, at: u32, message: Cow<'static, str>) {
-        self.notes.entry(message).or_insert(Note { kind, at, count: 0 }).count += 1;
+        let new = || Note { kind, at, count: 0, edge: self.edge.clone() };
+        self.notes.entry(message).or_insert_with(new).count += 1;
     }
 
     /// Reports all notes and ignored keys.
     pub fn finish(self) {
-        for (message, Note { kind, at, count }) in self.notes {
-            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            let message = format!("{message}{times}");
-            self.report.add_kind(kind, Severity::Warning, at, Subject::File, message);
+        for (message, note) in self.notes {
+            let message = format!("{message}{}", note.occurrences());
+            self.report.add_kind(note.kind, Severity::Warning, note.at, Subject::File, message);
         }
         self.ignored.report(self.report);
     }
@@ -103,6 +120,11 @@ impl<'text> Object<'text> {
     /// Takes a value out; `None` if the key is missing or its value is null.
     pub fn take(&mut self, key: &str) -> Option<Raw<'text>> {
         self.fields.remove(key).filter(|raw| raw.get() != "null")
+    }
+
+    /// Returns a text without taking it out, as [`take_text`](Self::take_text) does.
+    pub fn name(&self, key: &str) -> Option<String> {
+        self.fields.get(key).and_then(|raw| plain(raw)).filter(|text| !text.is_empty())
     }
 
     /// Takes a text out; numbers and booleans are texts too.

@@ -79,6 +79,22 @@ fn one_edge(properties: &str) -> String {
 }
 
 #[test]
+fn messages_name_the_edge() {
+    let nodes = [node("1", 0.0, 0.0, ""), node("2", 4.0, 0.0, "")];
+    let edges = [edge("there", ["1", "2"], ", \"maxSpeed\": -1"), edge("back", ["2", "1"], "")];
+    let text = file(&[layout("\"layoutId\": \"L\"", &nodes, &edges)]);
+    let found = messages(&read(&text).1);
+    assert!(found.contains("isn't above 0: read as no limit (edge `there`)"), "{found}");
+    let slow = text.replace("\"vehicleTypeId\"", "\"maxSpeed\": 0, \"vehicleTypeId\"");
+    let slow = slow.replace(", \"maxSpeed\": -1", "");
+    let found = messages(&read(&slow).1);
+    assert!(found.contains("read as no limit (2 times, first at edge `there`)"), "{found}");
+    let cut = text.replace("\"startNodeId\": \"2\",", "");
+    let found = errors(&cut, &options());
+    assert!(found.contains("no `endNodeId`: give it both (edge `back`)"), "{found}");
+}
+
+#[test]
 fn every_official_example_is_read() {
     let expected = [
         ("ex_10_1", 2, 1, 0),
@@ -176,7 +192,9 @@ fn numbers_may_be_texts_and_orientations_global() {
     );
     assert_eq!((graph.edges()[0].id, graph.edges()[0].name()), (1, None));
     assert!(
-        messages(&findings).contains("written as a text, in quotes: read as a number (2 times)")
+        messages(&findings).contains(
+            "written as a text, in quotes: read as a number (2 times, first at edge `1`)"
+        )
     );
 }
 
@@ -248,7 +266,10 @@ fn values_of_the_wrong_type_are_one_warning_with_their_number() {
     let (_, findings) = read(&file(&[layout("\"layoutId\": \"L\"", &nodes, &edges)]));
     let messages = messages(&findings);
     assert_eq!(messages.matches("vehicleOrientation").count(), 1, "{messages}");
-    assert!(messages.contains("isn't a number: not used (2 times)"), "{messages}");
+    assert!(
+        messages.contains("isn't a number: not used (2 times, first at edge `1`)"),
+        "{messages}"
+    );
 }
 
 #[test]

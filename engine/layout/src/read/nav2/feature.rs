@@ -113,10 +113,10 @@ fn collect(
         };
     };
     if let [x, y, more @ ..] = list.as_slice()
-        && let (Some(x), Some(y)) = (coordinate(x), coordinate(y))
+        && let (Some(x), Some(y)) = (number(x), number(y))
     {
         points.push(DVec2::new(x, y));
-        if more.iter().any(|more| coordinate(more) != Some(0.0)) {
+        if more.iter().any(|more| number(more) != Some(0.0)) {
             ignore("third coordinate of a position");
         }
         return Ok(());
@@ -125,6 +125,6 @@ fn collect(
 }
 
 /// Returns a number, even if it is written as text.
-fn coordinate(value: &Value) -> Option<f64> {
+pub(super) fn number(value: &Value) -> Option<f64> {
     value.as_f64().or_else(|| value.as_str()?.trim().parse().ok().filter(|x: &f64| x.is_finite()))
 }

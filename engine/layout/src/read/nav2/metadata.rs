@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use serde_json::Value;
 
 use super::REVERSE_OF;
-use super::feature::Feature;
+use super::feature::{Feature, number};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::file::Ignored;
@@ -25,6 +25,8 @@ pub(super) struct Special {
     pub role: Role,
     /// Metres per second.
     pub speed: Option<f64>,
+    /// A speed that isn't a number from 0, as text.
+    pub wrong_speed: Option<String>,
     pub orientation: Orientation,
     pub reverse_of: Option<String>,
 }
@@ -86,9 +88,15 @@ fn take(key: &str, value: &Value, tags: &mut Tags, special: &mut Special) -> boo
             Some(role) => special.role = role,
             None => return false,
         },
-        "abs_speed_limit" => match value.as_f64() {
+        "abs_speed_limit" => match number(value) {
             Some(speed) if speed > 0.0 => special.speed = Some(speed),
-            _ => return false,
+            // 0 is no limit.
+            Some(0.0) => return false,
+            _ => {
+                let plain = text(value).unwrap_or_else(|| value.to_string());
+                special.wrong_speed = Some(plain).filter(|_| !value.is_null());
+                return false;
+            }
         },
         "theta" | "yaw" | "orientation" => match angle(value) {
             Some(angle) => special.heading = Some(angle),

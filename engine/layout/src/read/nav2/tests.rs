@@ -120,6 +120,26 @@ fn nodes_have_headings_roles_and_frames() {
 }
 
 #[test]
+fn a_speed_that_is_not_a_number_above_0_is_told_with_its_edge() {
+    let speeds = ["\"fast\"", "-0.5", "\"fast\"", "\" 0.4 \"", "0"];
+    let edge = |(index, speed): (usize, &&str)| {
+        let metadata = format!("\"metadata\": {{\"abs_speed_limit\": {speed}}}");
+        line(&format!(r#""id": {}, "startid": 1, "endid": 2, {metadata}"#, index + 4), "[]")
+    };
+    let lines: Vec<String> = speeds.iter().enumerate().map(edge).collect();
+    let (graph, messages) = graph_of(&with_lines(&lines.join(",\n")));
+    for told in [
+        "edge `4` and 1 more: its `abs_speed_limit` `fast` isn't a number",
+        "edge `5`: its `abs_speed_limit` `-0.5` isn't a number",
+        "edge `8` has no speed limit",
+    ] {
+        assert!(messages.contains(told), "{told}: {messages}");
+    }
+    let speeds: Vec<f64> = graph.edges().iter().map(|edge| edge.speed).collect();
+    assert_eq!(speeds, [1.0, 1.0, 1.0, 0.4, 1.0]);
+}
+
+#[test]
 fn lines_with_inner_points_are_polylines_between_their_nodes() {
     let lines = [
         line(r#""id": 4, "startid": 1, "endid": 3"#, "[[0, 0], [4, 0], [4, 3]]"),

@@ -113,6 +113,20 @@ fn positions_names_and_roles_of_the_office() {
 }
 
 #[test]
+fn rides_between_levels_of_different_heights_are_told() {
+    let text = sample("hotel.building.yaml");
+    let told = |text: &str| {
+        let (_, findings) = parse(text, "h.yaml", &ReadOptions::default()).expect("a graph");
+        let list = findings.as_slice().iter().map(ToString::to_string);
+        list.filter(|message| message.contains("each ride")).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&text), [""; 0], "all levels are 8 m apart");
+    let told = told(&text.replace("elevation: 16", "elevation: 24"));
+    assert!(told[0].contains("lift `Lift1`: its levels are 8.00 to 16.00 m apart"), "{told:?}");
+    assert!(told[0].contains("takes 8.0 s, the time for the mean"), "{told:?}");
+}
+
+#[test]
 fn a_building_has_the_times_of_its_doors_and_lifts() {
     let (graph, _) =
         parse(&sample("hotel.building.yaml"), "h.yaml", &ReadOptions::default()).expect("a graph");

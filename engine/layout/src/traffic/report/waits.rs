@@ -1,6 +1,6 @@
 //! The lines about robots in each other's way: zones, rings, stations, nodes beside roads.
 
-use regatta_base::graph::NodeIndex;
+use regatta_base::graph::{EdgeIndex, NodeIndex};
 
 use super::names::{Writer, listed};
 use super::{Remark, Topic};
@@ -105,14 +105,25 @@ impl Writer<'_> {
     }
 
     pub fn in_the_way(&self, found: &InTheWay) -> Remark {
-        let message = format!(
-            "a robot at node {} touches robots on {}, which {} there: stop elsewhere, or move the \
-             roads apart",
-            self.node(found.node),
-            self.edges(&found.edges),
-            if found.edges.len() == 1 { "doesn't end" } else { "don't end" },
-        );
-        Remark::new(Topic::InTheWay, message).about(&[found.node]).on(&found.edges)
+        let InTheWay { node, edges, swept } = found;
+        let (name, standing, turning) = (self.node(*node), self.ends(edges), self.ends(swept));
+        let who = match (edges.is_empty(), swept.is_empty()) {
+            (true, _) => format!("a robot that turns at node {name} touches robots on {turning}"),
+            (false, true) => format!("a robot at node {name} touches robots on {standing}"),
+            (false, false) => format!(
+                "a robot at node {name} touches robots on {standing}, and one that turns those on \
+                 {turning}"
+            ),
+        };
+        let message = format!("{who}: stop elsewhere, or move the roads apart");
+        let all = [edges.as_slice(), swept].concat();
+        Remark::new(Topic::InTheWay, message).about(&[*node]).on(&all)
+    }
+
+    /// Edges in words, as those that don't end at a node.
+    fn ends(&self, edges: &[EdgeIndex]) -> String {
+        let verb = if edges.len() == 1 { "doesn't" } else { "don't" };
+        format!("{}, which {verb} end there", self.edges(edges))
     }
 }
 

@@ -81,6 +81,21 @@ fn a_robot_beside_another_road_is_in_the_way() {
 }
 
 #[test]
+fn a_robot_that_turns_beside_another_road_is_in_the_way() {
+    // It stands 0.6 m from the road with half of its width, and turns with half of its diagonal.
+    let plant = |end: &str| {
+        format!(
+            "id,x,y\nA,0,0\nB,10,0\nC,5,0.8\nD,0,0.8\nE,{end}\n\nfrom,to,speed\n\
+             A,B,1\nB,A,1\nD,C,1\nC,E,1\n"
+        )
+    };
+    let turning = lines(&plant("5,9"));
+    assert_line(&turning, "in-the-way: a robot that turns at node `C` touches", &["edges 1, 2"]);
+    let straight = lines(&plant("9,0.8"));
+    assert!(!straight.iter().any(|line| line.contains("at node `C` touches")), "{straight:#?}");
+}
+
+#[test]
 fn robots_have_sizes_within_a_range() {
     for (length, width) in [(0.0, 0.6), (0.9, f64::NAN), (f64::INFINITY, 0.6), (0.9, 101.0)] {
         let error = RobotType::new(length, width, Turning::Never).expect_err("out of range");

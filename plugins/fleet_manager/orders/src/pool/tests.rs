@@ -115,6 +115,14 @@ fn unroutable_orders_come_back() {
     assert_eq!(pool.assign(4.0, &candidates(&[0]), &driving).assigned.len(), 1);
 }
 
+#[test]
+fn an_order_is_unroutable_or_not_begun() {
+    let mut pool = pool("- {name: a, stops: [1]}\n- {name: b, stops: [1]}");
+    assert!(pool.unroutable(OrderId(1), 1.0, Unroutable::ClosedEdges));
+    let figures = pool.figures(60.0);
+    assert_eq!((figures.unserved, figures.orders.unroutable), (1, 1));
+}
+
 #[derive(Clone, Debug)]
 enum Step {
     Generate,

@@ -10,7 +10,7 @@ use regatta_plugin::world::EdgeRecord;
 
 use super::super::ExportError;
 use super::super::options::{ExportArgs, Table};
-use super::names::{ACTIONS, CHANGES, COMMANDS, EVENTS, LEVELS, ORDERS, REFUSALS, name};
+use super::names::{ACTIONS, CAUSES, CHANGES, COMMANDS, EVENTS, LEVELS, ORDERS, REFUSALS, name};
 use super::{Column, Kind, Take, Value, topics};
 use crate::arguments::RobotIds;
 use crate::contacts::ContactDecoder;
@@ -39,6 +39,7 @@ pub(super) fn columns(table: Table) -> Vec<Column> {
             Column::optional("id", U32),
             column("token", U64),
             Column::optional("refusal", Text),
+            Column::optional("cause", Text),
         ],
         Table::Commands => vec![
             column("robot", U32),
@@ -218,12 +219,15 @@ impl Rows<'_> {
 
     /// Fills in an event, and returns its robot.
     fn event(&self, event: &EventRecord, row: &mut Vec<Value>) -> Robots {
-        let is_refusal = event.kind() == Some(EventKind::Refused);
-        // Other events have neither a node nor a refused id.
-        let has_id = is_refusal || event.kind() == Some(EventKind::ReachedNode);
-        let refusal = if is_refusal { name(&REFUSALS, event.detail) } else { Value::Missing };
-        let (kind, id) = (name(&EVENTS, event.kind), has_id.then_some(event.id));
-        row.extend([Value::U32(event.robot), kind, id.into(), Value::U64(event.token), refusal]);
+        let [mut refusal, mut cause] = [Value::Missing; 2];
+        match event.kind() {
+            Some(EventKind::Refused) => refusal = name(&REFUSALS, event.detail),
+            Some(EventKind::BrokenDown) => cause = name(&CAUSES, event.detail),
+            _ => {}
+        }
+        let (kind, id) = (name(&EVENTS, event.kind), has_id(event).then_some(event.id));
+        row.extend([Value::U32(event.robot), kind, id.into(), Value::U64(event.token)]);
+        row.extend([refusal, cause]);
         (event.robot, None)
     }
 
@@ -295,4 +299,13 @@ impl Rows<'_> {
     fn edge(&self, index: u32) -> Value {
         self.edges.get(index as usize).map(|edge| edge.id).into()
     }
+}
+
+/// Whether an event has the id of a node or an edge, or of what was refused.
+fn has_id(event: &EventRecord) -> bool {
+    use EventKind::{
+        DoorClosed, DoorOpened, EdgeClosed, EdgeOpened, LiftArrived, ReachedNode, Refused,
+    };
+    let places = [ReachedNode, EdgeClosed, EdgeOpened, DoorOpened, DoorClosed, LiftArrived];
+    event.kind().is_some_and(|kind| kind == Refused || places.contains(&kind))
 }

@@ -50,6 +50,9 @@ pub(super) const REFUSALS: [&str; 19] = [
     "no_cabin",
 ];
 
+/// The names of the causes of breakdowns, by number.
+pub(super) const CAUSES: [&str; 2] = ["unknown", "flat_battery"];
+
 /// The names of commands, by number.
 pub(super) const COMMANDS: [&str; 18] = [
     "leg",
@@ -106,7 +109,7 @@ pub(super) fn name(names: &[&'static str], number: u32) -> Value {
 #[cfg(test)]
 mod tests {
     use regatta_plugin::command::CommandKind;
-    use regatta_plugin::event::{EventKind, Refusal};
+    use regatta_plugin::event::{BreakdownCause, EventKind, Refusal};
     use regatta_plugin::order::{OrderKind, StopAction};
 
     use super::*;
@@ -126,6 +129,10 @@ mod tests {
         let last = |names: &[&str]| names.len() - 1;
         assert_eq!(EventKind::ALL.map(|kind| kind as usize).into_iter().max(), Some(last(&EVENTS)));
         assert_eq!(Refusal::ALL.map(|kind| kind as usize).into_iter().max(), Some(last(&REFUSALS)));
+        assert_eq!(
+            BreakdownCause::ALL.map(|cause| cause as usize).into_iter().max(),
+            Some(last(&CAUSES))
+        );
         assert_eq!(
             CommandKind::ALL.map(|kind| kind as usize).into_iter().max(),
             Some(last(&COMMANDS))

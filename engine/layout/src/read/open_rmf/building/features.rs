@@ -27,6 +27,9 @@ const SHAFT_GAP: f64 = 0.05;
 /// The number of a lift's double sliding doors in the file.
 const DOUBLE_SLIDING: f64 = 2.0;
 
+/// Heights from level to level that differ by less than this, in metres, count as equal.
+const EQUAL_HEIGHTS: f64 = 0.01;
+
 /// Adds the walls and floors of a level, and sets the doors that its lanes pass. Returns the doors
 /// by name.
 pub(super) fn add(
@@ -212,23 +215,46 @@ pub(super) fn add_lifts(
                 served.push(elevation(index, trees));
             }
         }
-        building.lifts.insert(name.clone(), lift_plan(lift, &shaft, served));
+        served.sort_by(f64::total_cmp);
+        tell_uneven_heights(lift, name, &served, report);
+        building.lifts.insert(name.clone(), lift_plan(lift, &shaft, &served));
     }
 }
 
-/// Returns a lift that serves levels at some elevations, in metres, with the times that Open-RMF
-/// simulates.
-fn lift_plan(lift: &Tree<'_>, shaft: &Shaft, mut served: Vec<f64>) -> LiftPlan {
-    served.sort_by(f64::total_cmp);
-    let height = match served.as_slice() {
+/// Tells that levels at some ascending elevations, in metres, aren't equally far apart, if so: all
+/// rides of a lift take the same time.
+fn tell_uneven_heights(lift: &Tree<'_>, name: &str, served: &[f64], report: &mut Report<'_>) {
+    let heights = || served.windows(2).map(|pair| pair[1] - pair[0]);
+    let lowest = heights().fold(f64::INFINITY, f64::min);
+    let highest = heights().fold(0.0, f64::max);
+    if highest - lowest < EQUAL_HEIGHTS {
+        return;
+    }
+    let secs = doors::CABIN.secs(mean_height(served));
+    let message = format!(
+        "lift `{}`: its levels are {lowest:.2} to {highest:.2} m apart, but each ride from a level \
+         to the next takes {secs:.1} s, the time for the mean",
+        shorten(name)
+    );
+    report.assumption(lift.at, message);
+}
+
+/// Returns the mean height in metres from a level to the next, of ascending elevations.
+fn mean_height(served: &[f64]) -> f64 {
+    match served {
         [lowest, .., highest] => (highest - lowest) / (served.len() - 1) as f64,
         _ => 0.0,
-    };
+    }
+}
+
+/// Returns a lift that serves levels at some ascending elevations, in metres, with the times that
+/// Open-RMF simulates.
+fn lift_plan(lift: &Tree<'_>, shaft: &Shaft, served: &[f64]) -> LiftPlan {
     let door = lift.entries_of("doors").first().map(|(_, door)| door);
     let width = door.and_then(|door| door.number_of("width"));
     let is_double = door.and_then(|door| door.number_of("door_type")) == Some(DOUBLE_SLIDING);
     let leaf = width.map(|width| if is_double { width / 2.0 } else { width });
-    let secs = doors::CABIN.secs(height);
+    let secs = doors::CABIN.secs(mean_height(served));
     LiftPlan {
         at: lift.at,
         cabin: Some(shaft.cabin()),
