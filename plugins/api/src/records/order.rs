@@ -41,8 +41,8 @@ pub struct OrderRecord {
     pub robot: u32,
     /// `Stop`, `Queued`, `Arrived`, `Handled`: the index of the stop among those of the order.
     pub stop: u32,
-    /// `Stop`, `Queued`, `Arrived`, `Handled`: id of the stop's node in the route graph. `Unroutable`
-    /// for want of a place: id of the first place of the storage.
+    /// `Stop`, `Queued`, `Arrived`, `Handled`: id of the stop's node in the route graph.
+    /// `Unroutable` for want of a place: id of the first place of the storage.
     pub node: u32,
     /// `Stop`, `Queued`, `Arrived`, `Handled`: a [`StopAction`]. `Unroutable` for want of a place:
     /// `Drop` if the storage is full, `Pick` if it is empty.

@@ -142,8 +142,8 @@ impl Load {
         load(fields.get("load").unwrap_or(&document), folder, places)
     }
 
-    /// Returns the places with the storages of a text's load, which orders may name. Nothing else of
-    /// the load is read.
+    /// Returns the places with the storages of a text's load, which orders may name. Nothing else
+    /// of the load is read.
     ///
     /// # Errors
     /// [`yaml::Error`] for the first thing that is wrong with them.

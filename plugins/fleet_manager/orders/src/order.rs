@@ -82,8 +82,8 @@ impl<'de> Deserialize<'de> for Action {
 /// A place that a robot drives to, and its action there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// Index in the world's nodes. At a storage it is that of [`Places`](crate::Places) until a place
-    /// is chosen, which is before a robot can get the order.
+    /// Index in the world's nodes. At a storage it is that of [`Places`](crate::Places) until a
+    /// place is chosen, which is before a robot can get the order.
     pub node: u32,
     /// The action of the robot.
     pub action: Action,

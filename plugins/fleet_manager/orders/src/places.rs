@@ -51,8 +51,9 @@ pub enum PlaceError {
     },
 }
 
-/// The table of all places. A node is an index in it and in the world's nodes. The numbers after the
-/// last node are the storages of a load: an order's stop there becomes a node when a place is chosen.
+/// The table of all places. A node is an index in it and in the world's nodes. The numbers after
+/// the last node are the storages of a load: an order's stop there becomes a node when a place is
+/// chosen.
 #[derive(Clone, Debug, Default)]
 pub struct Places {
     places: Vec<Place>,

@@ -13,8 +13,8 @@
 //!       zones: [front, back]    # the zones of the layout that are used first, in this order
 //! ```
 //!
-//! A drop at a storage takes an empty place, a pick a full one. All places of an order are chosen at
-//! once, as soon as robots could have it: no robot ever stands somewhere with a load that has no
+//! A drop at a storage takes an empty place, a pick a full one. All places of an order are chosen
+//! at once, as soon as robots could have it: no robot ever stands somewhere with a load that has no
 //! place. From then on they are reserved; they are full or empty when the robot has handled the
 //! stop. An order for which there is no place waits, and holds none.
 

@@ -250,8 +250,8 @@ impl StorageSettings {
     }
 }
 
-/// The stop to which the place of another one should be near: the stop after a pick, the stop before
-/// a drop, or else the only one beside it.
+/// The stop to which the place of another one should be near: the stop after a pick, the stop
+/// before a drop, or else the only one beside it.
 fn neighbour(stops: &[Stop], index: usize) -> Option<&Stop> {
     let before = index.checked_sub(1).and_then(|before| stops.get(before));
     let after = stops.get(index + 1);

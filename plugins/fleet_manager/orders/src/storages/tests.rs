@@ -118,7 +118,8 @@ fn an_order_that_is_over_gives_its_places_back() {
     let mut pool = pool(
         "[{name: rack, at: [R1, R2], full: [R1]}]",
         &format!(
-            "- {{name: a, {GET}}}\n- {{name: b, {PUT}}}\n- {{name: c, {GET}}}\n- {{name: d, {PUT}}}\n"
+            "- {{name: a, {GET}}}\n- {{name: b, {PUT}}}\n\
+             - {{name: c, {GET}}}\n- {{name: d, {PUT}}}\n"
         ),
     );
     assert_eq!([3, 4].map(|id| state(&pool, id)), [State::Unplaced; 2]);
