@@ -6,8 +6,10 @@ use std::str::FromStr;
 
 use clap::Args;
 use regatta_layout::RouteGraph;
-use regatta_orders::{FileTime, Places, TimedDraft, check_orders, read_orders, read_table, to_csv};
-use regatta_study::plan::{Day, DayClock};
+use regatta_orders::{
+    FileTime, Load, Places, TimedDraft, check_orders, read_orders, read_table, to_csv,
+};
+use regatta_study::plan::{Day, DayClock, Variant};
 use serde_json::json;
 
 use crate::arguments::Time;
@@ -121,13 +123,16 @@ impl DayArgs {
         }))
     }
 
-    /// Checks that a layout has the stations of the file.
+    /// Checks that a plant has the stations and the storages of the file.
     ///
     /// # Errors
     /// If it hasn't, or the file is wrong.
-    pub fn check(&self, graph: &RouteGraph) -> Result<(), Failure> {
+    pub fn check(&self, variant: &Variant) -> Result<(), Failure> {
         let Some(path) = &self.orders else { return Ok(()) };
-        let checked = check_orders(&read_orders(path)?, &places(graph));
+        let (places, load) = (places(&variant.graph), json!({ "load": variant.load_entry() }));
+        let places = Load::places(&load.to_string(), &places)
+            .map_err(|error| format!("{}: load: {}", variant.file.display(), error.reason))?;
+        let checked = check_orders(&read_orders(path)?, &places);
         checked.map(drop).map_err(|error| of_file(path, &error.to_string()))
     }
 }

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use regatta_layout::traffic::{CutOff, MainPart};
 use regatta_layout::{NodeIndex, RouteGraph};
-use regatta_orders::{Places, Table, TimedDraft, check_orders, read_table};
+use regatta_orders::{Load, Places, Table, TimedDraft, check_orders, read_table};
 use regatta_scenario::{Overrides, Scenario};
 use serde_json::{Value, json};
 
@@ -17,6 +17,8 @@ use crate::day::{has_dwell, places};
 use crate::failure::Failure;
 use crate::output::show;
 
+/// The section of a scenario with its load.
+const LOAD: &str = "load";
 /// The exit code of a file with rows that can't be used.
 const FOUND: u8 = 1;
 /// The most flows of the text; JSON has all.
@@ -33,9 +35,10 @@ pub fn run(
     as_json: bool,
 ) -> Result<ExitCode, Failure> {
     let overrides = Overrides { layout: layout.options(), ..Overrides::default() };
-    let graph = Scenario::read(plant, &overrides)?.graph;
-    let (table, places) = (read_table(file)?, places(&graph));
-    let cut_off = cut_off(&graph, &places, &table.orders);
+    let scenario = Scenario::read(plant, &overrides)?;
+    let (graph, table) = (&scenario.graph, read_table(file)?);
+    let places = with_storages(&scenario, plant, places(graph))?;
+    let cut_off = cut_off(graph, &places, &table.orders);
     let check = Check::new(table, &places, &cut_off);
     if as_json {
         println!("{:#}", check.json());
@@ -43,6 +46,16 @@ pub fn run(
         show(check.text(file));
     }
     Ok(if check.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
+}
+
+/// Returns the places with the storages of a scenario's load.
+fn with_storages(scenario: &Scenario, plant: &Path, places: Places) -> Result<Places, Failure> {
+    if !scenario.source.has(LOAD) {
+        return Ok(places);
+    }
+    let read = Load::places(scenario.source.text(), &places);
+    let plant = plant.display();
+    read.map_err(|error| format!("{plant}:{}: load: {}", error.line, error.reason).into())
 }
 
 /// The findings about a file.
@@ -232,7 +245,8 @@ fn cut_off(
     orders: &[TimedDraft],
 ) -> BTreeMap<NodeIndex, CutOff> {
     let stops = orders.iter().flat_map(|order| &order.draft.destinations);
-    let nodes = stops.filter_map(|stop| places.find(&stop.location_name.to_string()));
+    let found = stops.filter_map(|stop| places.find(&stop.location_name.to_string()));
+    let nodes = found.flat_map(|node| places.nodes_at(node));
     let wanted: BTreeSet<NodeIndex> = nodes.map(NodeIndex).collect();
     let wanted: Vec<NodeIndex> = wanted.into_iter().collect();
     match MainPart::around(graph, &wanted) {
@@ -252,7 +266,8 @@ fn stops_without_way(
     for (stop, number) in order.draft.destinations.iter().zip(1..) {
         let name = stop.location_name.to_string();
         let Ok(node) = places.find_one(&name) else { continue };
-        if let Some(cut_off) = cut_off.get(&NodeIndex(node)) {
+        let mut nodes = places.nodes_at(node).into_iter();
+        if let Some(cut_off) = nodes.find_map(|node| cut_off.get(&NodeIndex(node))) {
             let way = cut_off.missing_way();
             let reason =
                 format!("stop {number}: robots can't serve `{name}`, as {way}; connect it");

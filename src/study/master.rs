@@ -171,7 +171,7 @@ fn variant(args: &StudyArgs, plant: &Path) -> Result<Variant, Failure> {
     let mut variant = Variant::read(plant, &args.layout.options())?;
     if let Some(day) = day_args.day()? {
         variant = variant.with_day(&Arc::new(day))?;
-        day_args.check(&variant.graph)?;
+        day_args.check(&variant)?;
     }
     variant.check(args.rate)?;
     for part in &variant.left_out {

@@ -66,7 +66,7 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let variants = variants(base, &checked(axes)?, args, &options)?;
     let inputs = inputs(path, day_args.orders.as_deref(), &variants)?;
     for variant in &variants {
-        day_args.check(&variant.graph)?;
+        day_args.check(variant)?;
         check_load(variant)?;
     }
     Ok(Plan {

@@ -27,7 +27,7 @@ pub use cost::{Cheapest, CostAnswer, CostFigure, Missing, PointCost};
 pub use least::{Binding, LeastAnswer, TargetAnswer};
 pub use no_room::NoRoom;
 pub use peaks::{BacklogAnswer, HourAnswer, MeanHour, PeaksAnswer, Spread};
-pub use point::{PointAnswer, RunAnswer};
+pub use point::{PointAnswer, RunAnswer, StorageLack};
 pub(crate) use time::node_name;
 pub use time::{GroupTime, PartAnswer, TimeAnswer};
 
@@ -262,8 +262,11 @@ impl VariantAnswer {
                 failed.entry(*robots).or_insert(reason);
             }
         }
-        let points: Vec<PointAnswer> =
-            curve.points.iter().map(|point| PointAnswer::new(targets, point)).collect();
+        let points: Vec<PointAnswer> = curve
+            .points
+            .iter()
+            .map(|point| PointAnswer::new(targets, point, &variant.graph))
+            .collect();
         let knee = curve.knee.and_then(|index| {
             let point = &curve.points[index];
             Some(KneeAnswer {

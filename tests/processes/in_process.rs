@@ -240,6 +240,11 @@ fn all_kinds_of_generators() {
 }
 
 #[test]
+fn storages_that_are_full_and_empty() {
+    compare(&graphs("storage.yaml"), 12_000, true);
+}
+
+#[test]
 fn managed_robots_on_layouts_of_others() {
     compare_managed(graphs("porto.yaml"), 4);
     compare_managed(graphs("imported/opentcs/PlantModelV004.sample.xml"), 4);

@@ -27,7 +27,7 @@ use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
 use crate::traffic::Seen;
-use regatta_orders::{Candidate, Next, Order, OrderPool, Service};
+use regatta_orders::{Candidate, Next, Order, OrderPool, Service, State};
 
 /// The progress of a robot with the stop of its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -364,6 +364,8 @@ fn prepare<'pool>(
     roads: &Roads,
     orders: impl Iterator<Item = &'pool Order>,
 ) {
+    // Those that wait for a place of a storage are at no node yet.
+    let orders = orders.filter(|order| order.state != State::Unplaced);
     for stop in orders.filter_map(|order| order.content.stops.get(order.handled_stops)) {
         times.prepare(roads, stop.node);
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::order::{NO_ROBOT, Obstacle, OrderKind, OrderRecord, StopAction};
 
-use regatta_orders::{Action, Change, Order, OrderEvent, Places, Stop, Unroutable};
+use regatta_orders::{Action, Change, Lack, Order, OrderEvent, Places, State, Stop, Unroutable};
 
 /// Turns events into records.
 #[derive(Debug, Default)]
@@ -17,7 +17,8 @@ impl OrderLog {
     /// Makes the log of a pool whose open orders were announced already: before a restart.
     pub fn new<'pool>(open: impl Iterator<Item = &'pool Order>, places: &Places) -> Self {
         let mut log = Self::default();
-        for order in open {
+        // The stops of orders that wait for a place of a storage are announced when they have one.
+        for order in open.filter(|order| order.state != State::Unplaced) {
             let record = OrderRecord::new(order.id.0, OrderKind::Stop);
             let stops = (0..).zip(&order.content.stops);
             let records = stops.map(|(number, stop)| stop_record(record, number, stop, places));
@@ -57,10 +58,11 @@ impl OrderLog {
             Change::Finished { robot } => self.end(record(id, OrderKind::Finished, Some(*robot))),
             Change::Failed { robot, .. } => self.end(record(id, OrderKind::Failed, *robot)),
             Change::Cancelled { robot, .. } => self.end(record(id, OrderKind::Cancelled, *robot)),
-            Change::Unroutable { reason } => OrderRecord {
-                detail: obstacle(*reason) as u32,
-                ..record(id, OrderKind::Unroutable, None)
-            },
+            Change::Unroutable { reason, lack } => {
+                let record = record(id, OrderKind::Unroutable, None);
+                let record = OrderRecord { detail: obstacle(*reason) as u32, ..record };
+                lack.map_or(record, |lack| at_storage(record, lack, places))
+            }
             Change::Reopened => record(id, OrderKind::Reopened, None),
         }
     }
@@ -87,8 +89,16 @@ fn obstacle(reason: Unroutable) -> Obstacle {
         Unroutable::ClosedEdges => Obstacle::ClosedEdges,
         Unroutable::NoRobot | Unroutable::NoType => Obstacle::NoRobot,
         Unroutable::Battery => Obstacle::Battery,
+        Unroutable::NoPlace => Obstacle::NoPlace,
         Unroutable::NoWay | Unroutable::NoWayOn => Obstacle::NoWay,
     }
+}
+
+/// Returns the record of an order for which a storage has no place.
+fn at_storage(record: OrderRecord, lack: Lack, places: &Places) -> OrderRecord {
+    let action = if lack.is_full { StopAction::Drop } else { StopAction::Pick };
+    let node = places.first_place(lack.storage).id;
+    OrderRecord { node, action: action as u32, ..record }
 }
 
 fn record(order: u64, kind: OrderKind, robot: Option<u32>) -> OrderRecord {

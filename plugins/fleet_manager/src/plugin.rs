@@ -33,7 +33,7 @@ use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
 use crate::traffic::BaseEnds;
 use crate::work::Work;
-use regatta_orders::{InTurn, OrderPool, OrderSettings, Places};
+use regatta_orders::{InTurn, OrderPool, OrderSettings, Places, StorageFill};
 
 /// Makes a planner for the roads of a world.
 type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
@@ -354,17 +354,22 @@ impl FleetManager {
         if self.cli.summary {
             let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
             print!(
-                "robots        {} for {:.0} simulated seconds\n{}{}cycles        {mean:.2} ms on \
+                "robots        {} for {:.0} simulated seconds\n{}{}{}cycles        {mean:.2} ms on \
                  average, {longest:.1} ms at most\n",
                 run.robots,
                 run.now_secs,
                 figures.table(),
+                storage_lines(&manager.orders().storages()),
                 run.table()
             );
         }
         if let Some(path) = &self.cli.json {
             let mut json = figures.json();
             json["run"] = run.json();
+            let storages = manager.orders().storages();
+            if !storages.is_empty() {
+                json["storages"] = serde_json::to_value(storages).unwrap_or_default();
+            }
             let text = format!("{json:#}\n");
             std::fs::write(path, text).map_err(|error| {
                 Error::new(format_args!(
@@ -525,6 +530,12 @@ fn only_one(error: OpenError) -> Error {
         }
         error => error.into(),
     }
+}
+
+/// The places of storages at the end of a run, a line each.
+fn storage_lines(storages: &[StorageFill]) -> String {
+    let lines = storages.iter().map(|storage| format!("storage       {storage}\n"));
+    lines.collect()
 }
 
 /// Adds a request of a door or a lift to the commands.

@@ -67,7 +67,8 @@ fn figures(orders: &Figures, waiting: f64) -> WorkFigures {
         + by_state.waiting
         + by_state.travelling
         + by_state.handling
-        + by_state.unroutable;
+        + by_state.unroutable
+        + by_state.unplaced;
     let [service_p50_secs, service_p99_secs] = match by_state.finished {
         0 => [f32::NAN; 2],
         _ => [orders.service.p50_secs as f32, orders.service.p99_secs as f32],
@@ -102,11 +103,12 @@ mod tests {
             failed: 32,
             cancelled: 64,
             unroutable: 128,
+            unplaced: 256,
         };
         let service = Durations { p50_secs: 60.0, p99_secs: 90.0, ..Durations::default() };
         let orders = Figures { orders: by_state, service, ..Figures::default() };
         let found = figures(&orders, 0.25);
-        assert_eq!((found.open, found.finished, found.failed), (143, 16, 32));
+        assert_eq!((found.open, found.finished, found.failed), (399, 16, 32));
         assert_eq!((found.service_secs(), found.waiting), (Some([60.0, 90.0]), 0.25));
         let begun = figures(&Figures { orders: ByState::default(), ..orders }, 0.0);
         assert_eq!(begun.service_secs(), None, "no order is finished yet");

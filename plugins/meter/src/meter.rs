@@ -6,7 +6,9 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
-use crate::orders::{Finished, Hindrance, Now, Orders, Robot, RobotWork, StopWait, Unfinished};
+use crate::orders::{
+    Finished, Hindrance, Now, Orders, Robot, RobotWork, StopWait, Unfinished, Unplaced,
+};
 
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
@@ -117,6 +119,9 @@ pub struct Figures {
     /// These orders; none in figures of an earlier version.
     #[serde(default)]
     pub unfinished: Vec<Unfinished>,
+    /// Those that wait for a place of a storage, by storage.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unplaced: Vec<Unplaced>,
     /// Orders that the fleet manager has given up.
     pub failed: u64,
     /// Orders that were cancelled.
@@ -238,6 +243,7 @@ impl Meter {
             stops: self.orders.waits(),
             open: self.orders.open() as u64,
             unfinished: self.orders.unfinished(self.now.secs),
+            unplaced: self.orders.unplaced(),
             failed: *failed,
             cancelled: *cancelled,
             samples_missed: self.samples_missed,

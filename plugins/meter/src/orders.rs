@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
-use regatta_plugin::order::{OrderKind, OrderRecord, StopAction};
+use regatta_plugin::order::{Obstacle, OrderKind, OrderRecord, StopAction};
 use serde::{Deserialize, Serialize};
 
 use crate::time::{OrderClock, Parts, Phase};
@@ -100,6 +100,28 @@ struct Open {
     clock: OrderClock,
     /// The ids of the nodes of its first and its last stop.
     ends: Option<[u32; 2]>,
+    /// The storage that has no place for it.
+    lack: Option<Lack>,
+}
+
+/// A storage that has no place for some orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Lack {
+    /// The id of the node of its first place.
+    pub node: u32,
+    /// Whether it is full, and the orders have loads for it; otherwise it is empty.
+    pub is_full: bool,
+}
+
+/// Orders that still wait for a place of a storage at the end of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Unplaced {
+    /// The storage.
+    pub lack: Lack,
+    /// The number of orders.
+    pub orders: u64,
+    /// The simulated time since which the oldest of them has been open, in seconds.
+    pub since_secs: f64,
 }
 
 impl Open {
@@ -115,6 +137,7 @@ impl Open {
             there_since: now.tick,
             clock: OrderClock::new(now.tick),
             ends: None,
+            lack: None,
         }
     }
 
@@ -146,6 +169,7 @@ impl Open {
     /// The phase of an order at a tick, whose robot has a hindrance.
     fn phase(&self, hindrance: Hindrance, tick: u64) -> Phase {
         match (self.robot, self.served_from) {
+            (None, _) if self.lack.is_some() => Phase::Storage,
             (None, _) => Phase::Assignment,
             _ if hindrance == Hindrance::Down => Phase::Down,
             (_, Some(served_from)) if tick < served_from => Phase::Station,
@@ -291,7 +315,12 @@ impl Orders {
                 let [first, _] = open.ends.unwrap_or([record.node; 2]);
                 open.ends = Some([first, record.node]);
             }
-            OrderKind::Created | OrderKind::Unroutable | OrderKind::Reopened => {}
+            OrderKind::Unroutable if record.obstacle() == Obstacle::NoPlace => {
+                let is_full = record.action() == StopAction::Drop;
+                open.lack = Some(Lack { node: record.node, is_full });
+            }
+            OrderKind::Reopened => open.lack = None,
+            OrderKind::Created | OrderKind::Unroutable => {}
         }
     }
 
@@ -313,6 +342,19 @@ impl Orders {
             due_secs: open.due_secs,
         })
         .collect()
+    }
+
+    /// Returns the orders that wait for a place of a storage, by storage.
+    pub fn unplaced(&self) -> Vec<Unplaced> {
+        let mut by_lack: BTreeMap<Lack, Unplaced> = BTreeMap::new();
+        for open in self.open.values() {
+            let Some(lack) = open.lack else { continue };
+            let since_secs = rounded(open.created_secs);
+            let found = by_lack.entry(lack).or_insert(Unplaced { lack, orders: 0, since_secs });
+            found.orders += 1;
+            found.since_secs = found.since_secs.min(since_secs);
+        }
+        by_lack.into_values().collect()
     }
 
     /// Sets the hindrance of a robot in a frame, which stands for the time since the tick of the
@@ -540,6 +582,25 @@ mod tests {
         let never = OrderRecord { dwell_secs: f32::INFINITY, ..record(OrderKind::Arrived) };
         orders.take(&never, now(42.0));
         assert_eq!(orders.robots_in_turn()(3).work.served_from, u64::MAX);
+    }
+
+    /// 10 ticks a second: a full storage from 10 s to 16 s, a robot at 18 s, and the end at 20 s.
+    #[test]
+    fn the_wait_for_a_place_of_a_storage_is_a_part_of_its_own() {
+        let mut orders = Orders::default();
+        orders.take(&OrderRecord { detail: 1, ..record(OrderKind::Created) }, now(10.0));
+        let lack =
+            OrderRecord { detail: Obstacle::NoPlace as u32, ..record(OrderKind::Unroutable) };
+        orders.take(&lack.at_stop(0, 5, StopAction::Drop), now(10.0));
+        let lack = Lack { node: 5, is_full: true };
+        assert_eq!(orders.unplaced(), [Unplaced { lack, orders: 1, since_secs: 10.0 }]);
+        orders.take(&record(OrderKind::Reopened), now(16.0));
+        orders.take(&record(OrderKind::Stop).at_stop(0, 6, StopAction::Drop), now(16.0));
+        orders.take(&record(OrderKind::Assigned), now(18.0));
+        orders.take(&record(OrderKind::Finished), now(20.0));
+        let parts = Parts { storage: 60, assignment: 20, empty: 20, ..Parts::default() };
+        assert_eq!((orders.finished[0].parts, orders.finished[0].ends), (parts, [6, 6]));
+        assert_eq!(orders.unplaced(), []);
     }
 
     #[test]

@@ -23,11 +23,16 @@ pub enum Phase {
     Handling,
     /// Its robot is held, broken, faulted or stalled.
     Down,
+    /// It has no robot yet, because a storage has no place for it.
+    Storage,
 }
 
-/// The parts of an order's time, in ticks.
+/// The number of the parts of an order's time.
+pub const PARTS: usize = 8;
+
+/// The parts of an order's time, in ticks. Files of earlier versions lack the last ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "[u64; 7]", into = "[u64; 7]")]
+#[serde(from = "Vec<u64>", into = "[u64; PARTS]")]
 pub struct Parts {
     /// Without a robot.
     pub assignment: u64,
@@ -43,25 +48,32 @@ pub struct Parts {
     pub handling: u64,
     /// With a robot that is held, broken, faulted or stalled.
     pub down: u64,
+    /// Waiting for a place of a storage.
+    pub storage: u64,
 }
 
-impl From<[u64; 7]> for Parts {
-    fn from([assignment, empty, loaded, traffic, station, handling, down]: [u64; 7]) -> Self {
-        Self { assignment, empty, loaded, traffic, station, handling, down }
+impl From<Vec<u64>> for Parts {
+    fn from(ticks: Vec<u64>) -> Self {
+        let mut parts = [0; PARTS];
+        for (part, ticks) in parts.iter_mut().zip(ticks) {
+            *part = ticks;
+        }
+        let [assignment, empty, loaded, traffic, station, handling, down, storage] = parts;
+        Self { assignment, empty, loaded, traffic, station, handling, down, storage }
     }
 }
 
-impl From<Parts> for [u64; 7] {
+impl From<Parts> for [u64; PARTS] {
     fn from(parts: Parts) -> Self {
-        let Parts { assignment, empty, loaded, traffic, station, handling, down } = parts;
-        [assignment, empty, loaded, traffic, station, handling, down]
+        let Parts { assignment, empty, loaded, traffic, station, handling, down, storage } = parts;
+        [assignment, empty, loaded, traffic, station, handling, down, storage]
     }
 }
 
 impl Parts {
     /// The sum.
     pub fn total(&self) -> u64 {
-        <[u64; 7]>::from(*self).iter().sum()
+        <[u64; PARTS]>::from(*self).iter().sum()
     }
 
     fn of(&mut self, phase: Phase) -> &mut u64 {
@@ -73,6 +85,7 @@ impl Parts {
             Phase::Station => &mut self.station,
             Phase::Handling => &mut self.handling,
             Phase::Down => &mut self.down,
+            Phase::Storage => &mut self.storage,
         }
     }
 }
@@ -140,8 +153,10 @@ mod tests {
             Parts { assignment: 4, empty: 1, traffic: 5, handling: 7, ..Parts::default() };
         assert_eq!((parts, parts.total()), (expected, 17));
         let text = serde_json::to_string(&parts).expect("JSON");
-        assert_eq!(text, "[4,1,0,5,0,7,0]");
-        assert_eq!(serde_json::from_str::<Parts>(&text).expect("parts"), parts);
+        assert_eq!(text, "[4,1,0,5,0,7,0,0]");
+        for text in [&*text, "[4,1,0,5,0,7,0]"] {
+            assert_eq!(serde_json::from_str::<Parts>(text).expect("parts"), parts);
+        }
     }
 
     #[test]

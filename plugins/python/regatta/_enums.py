@@ -238,9 +238,10 @@ class OrderKind(IntEnum):
     CANCELLED = 9
     """The order was cancelled on request."""
     UNROUTABLE = 10
-    """No robot can reach its stops: it waits until it is reopened. ``detail`` is an :class:`Obstacle`."""
+    """No robot can reach its stops, or a storage has no place for it: it waits until it is reopened.
+    ``detail`` is an :class:`Obstacle`."""
     REOPENED = 11
-    """Its stops can be reached again."""
+    """Its stops can be reached again, or it has got its places."""
     QUEUED = 12
     """The robot waits in the queue before a stop: at a place of it, or elsewhere until one is free."""
 
@@ -256,6 +257,8 @@ class Obstacle(IntEnum):
     """The fleet doesn't have the only robot that may get it."""
     BATTERY = 3
     """No robot's full battery lasts for it."""
+    NO_PLACE = 4
+    """Its storage has no place for it."""
 
 
 class Activity(IntEnum):

@@ -146,7 +146,7 @@ impl Orders {
             OrderKind::Finished => self.finish(check),
             OrderKind::Failed | OrderKind::Cancelled => self.close(number),
             OrderKind::Unroutable => match check.record.obstacle() {
-                Obstacle::ClosedEdges => {}
+                Obstacle::ClosedEdges | Obstacle::NoPlace => {}
                 obstacle => check.report(Kind::Unroutable, obstacle.text()),
             },
             OrderKind::Reopened | OrderKind::Queued => {}

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use regatta_layout::RouteGraph;
+use regatta_meter::orders::{Lack, Unplaced};
 use serde::Serialize;
 
-use super::time::{PartAnswer, order_time, robot_time};
+use super::time::{PartAnswer, order_time, robot_time, station};
 use super::{TargetAnswer, sums};
 use crate::outcome::{Example, RunEnd, Stall};
 use crate::plan::Target;
@@ -62,8 +64,24 @@ pub struct PointAnswer {
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
     pub open_orders: Option<Interval>,
+    /// Storages that are full or empty at the end, with the orders that wait for them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub storages: Vec<StorageLack>,
     /// Runs of a day that weren't over at their limit.
     pub overdue_runs: usize,
+}
+
+/// A storage that is full or empty at the end of runs, for which orders wait.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StorageLack {
+    /// The name of its first place.
+    pub name: String,
+    /// Whether it is full; otherwise it is empty.
+    pub is_full: bool,
+    /// The number of runs.
+    pub runs: u64,
+    /// The mean number of orders that wait for it at the end of such a run.
+    pub orders: f64,
 }
 
 /// A run of a point.
@@ -92,7 +110,7 @@ impl PointAnswer {
         self.runs.iter().filter(|run| !run.stalls.is_empty())
     }
 
-    pub(super) fn new(targets: &[Target], point: &Point) -> Self {
+    pub(super) fn new(targets: &[Target], point: &Point, graph: &RouteGraph) -> Self {
         let overdue = point.runs.iter().filter(|run| run.end == RunEnd::Overdue);
         let runs = point.seeds.iter().zip(&point.runs).map(|(seed, run)| RunAnswer {
             seed: *seed,
@@ -129,6 +147,24 @@ impl PointAnswer {
             finished_orders: point.runs.iter().map(|run| run.finished_orders).sum(),
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
+            storages: storages(point, graph),
         }
     }
+}
+
+/// Returns the storages for which orders wait at the end of some runs.
+fn storages(point: &Point, graph: &RouteGraph) -> Vec<StorageLack> {
+    let mut by_lack: BTreeMap<Lack, (u64, u64)> = BTreeMap::new();
+    for Unplaced { lack, orders, .. } in point.runs.iter().flat_map(|run| &run.unplaced) {
+        let (runs, sum) = by_lack.entry(*lack).or_default();
+        *runs += 1;
+        *sum += orders;
+    }
+    let storages = by_lack.into_iter().map(|(Lack { node, is_full }, (runs, sum))| StorageLack {
+        name: station(graph, node),
+        is_full,
+        runs,
+        orders: sum as f64 / runs as f64,
+    });
+    storages.collect()
 }

@@ -96,7 +96,7 @@ fn groups(graph: &RouteGraph, outcomes: &[Outcome], grouping: Grouping) -> Vec<G
 }
 
 /// Returns the name of a node's station, or of the node, or its id.
-fn station(graph: &RouteGraph, id: u32) -> String {
+pub(super) fn station(graph: &RouteGraph, id: u32) -> String {
     graph.node_by_id(id).map_or_else(|| id.to_string(), |node| node_name(graph, node))
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use regatta_meter::Figures;
 use regatta_meter::meter::Effort;
-use regatta_meter::orders::Finished;
+use regatta_meter::orders::{Finished, Unplaced};
 use serde::{Deserialize, Serialize};
 
 use super::time_split::{ORDER_PARTS, ROBOT_PARTS, of_orders, of_robots};
@@ -89,6 +89,9 @@ pub struct Measured {
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
     pub open_orders: u64,
+    /// Those that wait for a place of a storage, by storage.
+    #[serde(default)]
+    pub unplaced: Vec<Unplaced>,
 }
 
 /// The validator's name for a contact.
@@ -142,6 +145,7 @@ impl Outcome {
             finished_orders: finished.len() as u64,
             failed_orders: *failed,
             open_orders: *open,
+            unplaced: self.figures.unplaced.clone(),
         }
     }
 

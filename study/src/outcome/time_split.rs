@@ -5,12 +5,15 @@ use std::collections::BTreeMap;
 use regatta_meter::Figures;
 use regatta_meter::meter::Effort;
 use regatta_meter::orders::Finished;
+use regatta_meter::time::PARTS;
 
 use super::Outcome;
 use super::backlog::{HOUR_SECS, created_secs};
 
+/// The part of an order's time in which a storage has no place for it.
+pub const STORAGE: &str = "waiting for a storage place";
 /// The parts of an order's time from its creation to its end, which add up to it.
-pub const ORDER_PARTS: [&str; 7] = [
+pub const ORDER_PARTS: [&str; PARTS] = [
     "waiting for a robot",
     "way empty",
     "way loaded",
@@ -18,6 +21,7 @@ pub const ORDER_PARTS: [&str; 7] = [
     "waiting at a station",
     "handling",
     "out of service",
+    STORAGE,
 ];
 /// The part of a robot's time in which it charges, or drives to a charger.
 pub const CHARGING: &str = "charging";
@@ -46,7 +50,7 @@ pub struct OrderTime {
 impl OrderTime {
     fn add(&mut self, order: &Finished, tick_secs: f64) {
         self.orders += 1.0;
-        for (sum, ticks) in self.parts_secs.iter_mut().zip(<[u64; 7]>::from(order.parts)) {
+        for (sum, ticks) in self.parts_secs.iter_mut().zip(<[u64; PARTS]>::from(order.parts)) {
             *sum += ticks as f64 * tick_secs;
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::verdict::{BUSY, prefix};
-use crate::answer::{Answer, PointAnswer, VariantAnswer};
+use crate::answer::{Answer, PointAnswer, StorageLack, VariantAnswer};
 use crate::outcome::{CHARGING, CONTACT};
 use crate::plan::robots_in_words;
 
@@ -37,6 +37,7 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         }
         caveats.extend(failures(variant).map(|failures| format!("{name}{failures}")));
         caveats.extend(backlog(variant).map(|backlog| format!("{name}{backlog}")));
+        caveats.extend(storages(variant).into_iter().map(|storage| format!("{name}{storage}")));
         caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
         // Fleets that are too small for the targets were run on purpose.
@@ -95,6 +96,22 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
         "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run on average: \
          more came than the robots carried until then."
     ))
+}
+
+/// Tells the storages for which orders waited at the end of runs with the most robots.
+fn storages(variant: &VariantAnswer) -> Vec<String> {
+    let Some(point) = variant.points.last() else { return Vec::new() };
+    let robots = robots_in_words(point.robots);
+    let told = point.storages.iter().map(|storage| {
+        let StorageLack { name, runs, orders, is_full, .. } = storage;
+        let (state, thing) = if *is_full { ("full", "a free place") } else { ("empty", "a load") };
+        format!(
+            "**Storage {state}**: with {robots}, {orders:.0} orders waited for {thing} in the \
+             storage of {name} at the end of {runs} of {} runs.",
+            point.runs.len(),
+        )
+    });
+    told.collect()
 }
 
 /// Tells why the robots of the knee carry no more: the load, if they carry all orders that come; or

@@ -9,8 +9,8 @@ use super::hint::{Hint, add_hints, value};
 const SIZE: (u32, u32) = (900, 420);
 const FONT: (&str, i32) = ("sans-serif", 16);
 /// The colours of parts beyond those of lines. They are seen on white, and inverted on black.
-const MORE_COLOURS: [RGBColor; 3] =
-    [RGBColor(190, 198, 206), RGBColor(166, 150, 40), RGBColor(136, 84, 32)];
+const MORE_COLOURS: [RGBColor; 4] =
+    [RGBColor(190, 198, 206), RGBColor(166, 150, 40), RGBColor(136, 84, 32), RGBColor(70, 110, 70)];
 /// The height of a line of the legend, and the x and the width of a name there.
 const LEGEND_LINE: i32 = 22;
 const FIRST_NAME: i32 = 82;

@@ -4,7 +4,7 @@
 use super::stack::{Bar, Part, stack};
 use super::{Block, Picture};
 use crate::answer::{Answer, GroupTime, PartAnswer, PointAnswer};
-use crate::outcome::{ORDER_PARTS, ROBOT_PARTS};
+use crate::outcome::{ORDER_PARTS, ROBOT_PARTS, STORAGE};
 
 /// The most rows of a table; `study.json` has all.
 const MOST_ROWS: usize = 12;
@@ -53,7 +53,7 @@ fn bars(
 ) -> Vec<Bar> {
     let mut bars = Vec::new();
     for point in points.iter().filter(|point| !parts(point).is_empty()) {
-        let parts = parts(point).iter().map(|part| Part {
+        let parts = parts(point).iter().filter(|part| is_shown(part)).map(|part| Part {
             name: part.name,
             colour: colour(part.name),
             value: part.value.mean * factor,
@@ -63,20 +63,30 @@ fn bars(
     bars
 }
 
+/// Whether a part is shown: most plants have no storages.
+fn is_shown(part: &PartAnswer) -> bool {
+    part.name != STORAGE || part.value.mean > 0.0
+}
+
 /// Returns the number of a part's colour: the same for orders and robots. Of the parts of orders,
-/// robots don't have the waiting for a robot.
+/// robots don't have the waiting for a robot and for a storage place.
 fn colour(name: &str) -> usize {
-    ROBOT_PARTS.iter().position(|part| *part == name).unwrap_or(ROBOT_PARTS.len())
+    let beyond = ROBOT_PARTS.len() + usize::from(name == STORAGE);
+    ROBOT_PARTS.iter().position(|part| *part == name).unwrap_or(beyond)
 }
 
 fn table(heading: &str, groups: &[GroupTime]) -> Block {
     let mut head = vec![heading.to_owned(), "orders".to_owned(), "service".to_owned()];
-    head.extend(ORDER_PARTS.map(str::to_owned));
+    let mut shown: Vec<usize> = (0..ORDER_PARTS.len()).collect();
+    shown.retain(|part| {
+        ORDER_PARTS[*part] != STORAGE || groups.iter().any(|group| group.parts_secs[*part] > 0.0)
+    });
+    head.extend(shown.iter().map(|part| ORDER_PARTS[*part].to_owned()));
     let mut rows = vec![head];
     for group in groups.iter().take(MOST_ROWS) {
         let mut row = vec![group.name.clone(), format!("{:.1}", group.orders)];
         row.push(format!("{:.0} s", group.service_secs));
-        row.extend(group.parts_secs.map(|secs| format!("{secs:.0} s")));
+        row.extend(shown.iter().map(|part| format!("{:.0} s", group.parts_secs[*part])));
         rows.push(row);
     }
     Block::Table(rows)

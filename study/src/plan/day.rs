@@ -86,13 +86,17 @@ impl Day {
     }
 
     /// Returns the day as a load, with the times that a given one has for stops and orders without
-    /// any.
+    /// any, and its storages.
     fn load(&self, given: Option<Load>) -> Load {
         let mut load = Load::default();
         if let Some(part) = given.as_ref().and_then(Load::part_with_file) {
             load.dwell = part.dwell.clone();
             let deadline = part.rest.get_key_value(DEADLINE);
             load.rest.extend(deadline.map(|(key, value)| (key.clone(), value.clone())));
+        }
+        for key in ["groups", "storages"] {
+            let part = given.as_ref().and_then(|given| given.rest.get_key_value(key));
+            load.rest.extend(part.map(|(key, value)| (key.clone(), value.clone())));
         }
         load.dwell = load.dwell.or_else(|| given?.dwell);
         load.rest.insert("timetable".to_owned(), self.timetable.clone().into());

@@ -24,6 +24,7 @@ pub(crate) fn measured(orders_per_hour: f64) -> Measured {
         finished_orders: orders_per_hour as u64,
         failed_orders: 0,
         open_orders: 0,
+        unplaced: Vec::new(),
     }
 }
 

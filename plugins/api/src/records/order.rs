@@ -42,8 +42,10 @@ pub struct OrderRecord {
     /// `Stop`, `Queued`, `Arrived`, `Handled`: the index of the stop among those of the order.
     pub stop: u32,
     /// `Stop`, `Queued`, `Arrived`, `Handled`: id of the stop's node in the route graph.
+    /// `Unroutable` for want of a place: id of the first place of the storage.
     pub node: u32,
-    /// `Stop`, `Queued`, `Arrived`, `Handled`: a [`StopAction`].
+    /// `Stop`, `Queued`, `Arrived`, `Handled`: a [`StopAction`]. `Unroutable` for want of a place:
+    /// `Drop` if the storage is full, `Pick` if it is empty.
     pub action: u32,
     /// `Stop`: the shortest time that a robot stands at the stop, in seconds. `Arrived`: the time
     /// for which it waits there until its dwell begins, in seconds.
@@ -59,7 +61,8 @@ numbered! {
     /// Kinds of [`OrderRecord`].
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum OrderKind: u32 {
-        /// The order exists. One `Stop` for each of its stops follows in the same sample.
+        /// The order exists. One `Stop` for each of its stops follows in the same sample, or if it
+        /// has to wait for a place of a storage, as soon as it has one.
         Created = 1,
         /// A stop of the order: its node, action and dwell.
         Stop = 2,
@@ -78,9 +81,10 @@ numbered! {
         Failed = 8,
         /// The order was cancelled on request.
         Cancelled = 9,
-        /// No robot can reach its stops: it waits until it is `Reopened`.
+        /// No robot can reach its stops, or a storage has no place for it: it waits until it is
+        /// `Reopened`.
         Unroutable = 10,
-        /// Its stops can be reached again.
+        /// Its stops can be reached again, or it has got its places.
         Reopened = 11,
         /// The robot waits in the queue before a stop: at a place of it, or elsewhere until one is
         /// free.
@@ -102,6 +106,8 @@ numbered! {
         /// No robot's full battery lasts for it, as the manager plans: with time for traffic and a
         /// reserve.
         Battery = 3,
+        /// Its storage has no place for it.
+        NoPlace = 4,
     }
 }
 
@@ -115,6 +121,7 @@ impl Obstacle {
             Self::Battery => {
                 "no robot's full battery lasts for it, planned at twice the driving time"
             }
+            Self::NoPlace => "its storage has no place for it",
         }
     }
 }

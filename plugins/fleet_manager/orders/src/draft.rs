@@ -128,6 +128,18 @@ pub enum DraftError {
         /// The name that they have.
         label: String,
     },
+    /// A stop at a storage at which a robot neither picks nor drops.
+    #[error(
+        "stop {} is at the storage `{}`, where robots pick or drop: give one of the two actions",
+        .stop + 1,
+        .label.escape_debug()
+    )]
+    StorageAction {
+        /// The index of the stop.
+        stop: usize,
+        /// The name of the storage.
+        label: String,
+    },
     /// No stops, or too many.
     #[error("an order has 1 to {MAX_STOPS} stops, and this one has {0}")]
     Stops(usize),
@@ -223,6 +235,10 @@ impl StopDraft {
             Err(PlaceError::Ambiguous(_)) => return Err(DraftError::AmbiguousStop { stop, label }),
             Err(_) => return Err(DraftError::UnknownStop { stop, label }),
         };
+        let is_transport = matches!(self.operation, Action::Pick | Action::Drop);
+        if places.storage(node).is_some() && !is_transport {
+            return Err(DraftError::StorageAction { stop, label });
+        }
         Ok(Stop { node, action: self.operation, dwell_secs: secs("dwell", self.dwell)? })
     }
 }

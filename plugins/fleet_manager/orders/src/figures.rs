@@ -31,6 +31,7 @@ pub struct ByState {
     pub failed: usize,
     pub cancelled: usize,
     pub unroutable: usize,
+    pub unplaced: usize,
 }
 
 /// The figures of a run so far.
@@ -80,6 +81,7 @@ impl ByState {
             State::Failed => &mut self.failed,
             State::Cancelled => &mut self.cancelled,
             State::Unroutable => &mut self.unroutable,
+            State::Unplaced => &mut self.unplaced,
         } += 1;
     }
 }
@@ -168,7 +170,7 @@ impl Figures {
 
     /// The figures as lines of a name and its values, for people.
     pub fn table(&self) -> String {
-        let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
+        let ByState { finished, failed, cancelled, unroutable, unplaced, .. } = self.orders;
         let mut orders = format!("{finished} finished ({:.0} an hour)", self.orders_per_hour);
         if self.unserved > 0 {
             let (count, secs) = (self.unserved, self.longest_unserved_secs);
@@ -179,6 +181,7 @@ impl Figures {
             (failed, "failed"),
             (cancelled, "cancelled"),
             (unroutable, "unroutable"),
+            (unplaced, "waiting for a storage place"),
         ] {
             if count > 0 {
                 let _ = write!(orders, ", {count} {word}");

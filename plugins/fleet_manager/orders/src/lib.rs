@@ -78,6 +78,7 @@ pub mod pool;
 #[cfg(feature = "http")]
 mod schema;
 mod stations;
+mod storages;
 #[cfg(feature = "store")]
 pub mod store;
 #[cfg_attr(
@@ -114,6 +115,7 @@ pub use pool::{Assignments, Held, LoadStops, Next, OrderPool};
 #[cfg(feature = "http")]
 pub use regatta_kit::private::{TokenError, read_token};
 pub use stations::Service;
+pub use storages::{Lack, StorageFill};
 pub use store::StoreError;
 pub use threads::{Vehicle, WithdrawError};
 pub use timetable::check_orders;

@@ -29,7 +29,8 @@
 //! ```
 //!
 //! A generator may also be a file of orders ([`timetable`](super::timetable)). The key `stations`
-//! has operators, opening times, buffers and queues ([`stations`]).
+//! has operators, opening times, buffers and queues ([`stations`]); `storages` has places that are
+//! full or empty ([`storages`]).
 //!
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
 //! have further keys beside `load`: it may be a scenario.
@@ -52,6 +53,7 @@ use super::dwell::Dwell;
 use super::file::{FileError, text_of, texts};
 use super::places::Places;
 use super::stations::{self, StationSettings};
+use super::storages::{self, StorageSettings};
 use super::timetable::Timetable;
 
 /// A valid description of a load.
@@ -65,6 +67,8 @@ pub struct Load {
     pub(super) timetables: Vec<Timetable>,
     /// Stations with operators, opening times or buffers.
     pub(super) stations: Vec<StationSettings>,
+    /// Storages, whose places are full or empty.
+    pub(super) storages: Vec<StorageSettings>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +84,7 @@ pub(super) struct GeneratorSettings {
     pub(super) robot_types: Vec<u32>,
 }
 
-const LOAD_FIELDS: [&str; 4] = ["seed", "groups", "generators", "stations"];
+const LOAD_FIELDS: [&str; 5] = ["seed", "groups", "generators", "stations", "storages"];
 const GENERATOR_FIELDS: [&str; 20] = [
     "name",
     "from",
@@ -137,14 +141,33 @@ impl Load {
         let fields = document.all_fields()?;
         load(fields.get("load").unwrap_or(&document), folder, places)
     }
+
+    /// Returns the places with the storages of a text's load, which orders may name. Nothing else
+    /// of the load is read.
+    ///
+    /// # Errors
+    /// [`yaml::Error`] for the first thing that is wrong with them.
+    pub fn places(text: &str, places: &Places) -> Result<Places, yaml::Error> {
+        let document = yaml::parse(text)?;
+        let fields = document.all_fields()?;
+        let load = fields.get("load").unwrap_or(&document).all_fields()?;
+        let groups = Groups::read(load.get("groups"), places)?;
+        let storages = load.optional("storages", |list| storages::read(list, &groups))?;
+        Ok(storages::places(places, &storages.unwrap_or_default()))
+    }
 }
 
 fn load(load: &Node, folder: Option<&Path>, places: &Places) -> Result<Load, yaml::Error> {
     let all: Vec<_> = LOAD_FIELDS.into_iter().chain(GENERATOR_FIELDS).collect();
     let fields = load.fields(&all)?;
     let groups = Groups::read(fields.get("groups"), places)?;
+    let storages = fields.optional("storages", |list| storages::read(list, &groups))?;
+    let storages = storages.unwrap_or_default();
+    let groups = groups.with_nodes_of(&storages);
     let seed = fields.optional("seed", |value| value.integer(i64::MAX as u64))?.unwrap_or(0);
     let stations = fields.optional("stations", |list| stations::read(list, &groups))?;
+    let places = &storages::places(places, &storages);
+    let groups = groups.with_storages(&storages, places);
     let mut entries = Vec::new();
     match fields.get("generators") {
         None => entries.push((load, fields)),
@@ -166,7 +189,10 @@ fn load(load: &Node, folder: Option<&Path>, places: &Places) -> Result<Load, yam
     names.sort();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
         Some(pair) => Err(load.error(format!("two generators have the name `{}`", pair[0]))),
-        None => Ok(Load { seed, generators, timetables, stations: stations.unwrap_or_default() }),
+        None => {
+            let stations = stations.unwrap_or_default();
+            Ok(Load { seed, generators, timetables, stations, storages })
+        }
     }
 }
 

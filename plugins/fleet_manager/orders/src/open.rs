@@ -114,6 +114,9 @@ impl OrderPool {
         let mut pool = Self::new(places.clone());
         let orders = settings.orders.as_deref().map(read_orders).transpose()?.unwrap_or_default();
         let load = settings.load.as_deref().map(|path| Load::read(path, &places)).transpose()?;
+        let load = load.unwrap_or_default();
+        let load = Load { seed: settings.seed.unwrap_or(load.seed), ..load };
+        pool.set_storages(&load);
         let (store, known) = match &settings.store {
             Some(path) => pool.open_store(path, run_id, now_secs)?,
             None => (None, Known::default()),
@@ -122,8 +125,7 @@ impl OrderPool {
             pool.add_new_orders(&orders, &known)
                 .map_err(|error| FileError::Invalid { path: path.clone(), error })?;
         }
-        let load = load.unwrap_or_default();
-        pool.continue_load(&Load { seed: settings.seed.unwrap_or(load.seed), ..load }, &known);
+        pool.continue_load(&load, &known);
         pool.open_threads(settings, store, now_secs)?;
         Ok(pool)
     }

@@ -5,6 +5,8 @@ mod name;
 use serde::{Deserialize, Serialize};
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
+use crate::storages::Lack;
+
 #[cfg(feature = "http")]
 pub(crate) use self::name::UNSEEN;
 pub use self::name::{NameError, OrderName};
@@ -80,7 +82,8 @@ impl<'de> Deserialize<'de> for Action {
 /// A place that a robot drives to, and its action there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// Index in the world's nodes.
+    /// Index in the world's nodes. At a storage it is that of [`Places`](crate::Places) until a
+    /// place is chosen, which is before a robot can get the order.
     pub node: u32,
     /// The action of the robot.
     pub action: Action,
@@ -130,6 +133,8 @@ pub enum State {
     Cancelled,
     /// No robot can reach its stops at present.
     Unroutable,
+    /// It waits for a place of a storage.
+    Unplaced,
 }
 
 impl State {
@@ -197,9 +202,15 @@ pub enum Change {
     Failed { robot: Option<u32>, reason: String },
     /// A client has withdrawn it for good.
     Cancelled { robot: Option<u32>, reason: String },
-    /// No robot can reach its stops; it waits until it is [reopened](Self::Reopened).
-    Unroutable { reason: Unroutable },
-    /// Its stops can be reached again.
+    /// No robot can reach its stops, or a storage has no place for it; it waits until it is
+    /// [reopened](Self::Reopened).
+    Unroutable {
+        reason: Unroutable,
+        /// The storage that has no place.
+        #[serde(skip)]
+        lack: Option<Lack>,
+    },
+    /// Its stops can be reached again, or it has got its places.
     Reopened,
 }
 
@@ -230,6 +241,10 @@ pub enum Unroutable {
     #[serde(rename = "no robot's full battery lasts for it, planned at twice the driving time")]
     #[strum(to_string = "no robot's full battery lasts for it, planned at twice the driving time")]
     Battery,
+    /// A storage has no free place, or no full one.
+    #[serde(rename = "its storage has no place for it")]
+    #[strum(to_string = "its storage has no place for it")]
+    NoPlace,
 }
 
 /// A change of an order at a time, for the order log.

@@ -1,4 +1,5 @@
-//! The names in orders: the nodes of the world, by id, name, role and zone, and its robot types.
+//! The names in orders: the nodes of the world, by id, name, role and zone, the storages of a load,
+//! and the robot types.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,10 +51,14 @@ pub enum PlaceError {
     },
 }
 
-/// The table of all places. A node is an index in it and in the world's nodes.
-#[derive(Debug, Default)]
+/// The table of all places. A node is an index in it and in the world's nodes. The numbers after
+/// the last node are the storages of a load: an order's stop there becomes a node when a place is
+/// chosen.
+#[derive(Clone, Debug, Default)]
 pub struct Places {
     places: Vec<Place>,
+    /// The names of storages, and their nodes, of which each has at least one.
+    storages: Vec<(String, Vec<u32>)>,
     by_name: BTreeMap<String, u32>,
     /// The names that several places have.
     repeated: BTreeSet<String>,
@@ -118,6 +123,37 @@ impl Places {
     pub fn robot_type_names(&self, types: &[u32]) -> Vec<String> {
         let known = self.robot_types.as_deref().unwrap_or_default();
         types.iter().filter_map(|index| known.get(*index as usize).cloned()).collect()
+    }
+
+    /// Returns the table with storages, by their names and nodes, which orders may name like nodes.
+    pub(crate) fn with_storages(&self, storages: Vec<(String, Vec<u32>)>) -> Self {
+        let mut table = self.clone();
+        for ((name, _), number) in storages.iter().zip(self.places.len() as u32..) {
+            table.by_name.insert(name.clone(), number);
+        }
+        Self { storages, ..table }
+    }
+
+    /// Returns the index of the storage that stands in place of a node; `None` for a node.
+    pub fn storage(&self, node: u32) -> Option<usize> {
+        let index = (node as usize).checked_sub(self.places.len())?;
+        (index < self.storages.len()).then_some(index)
+    }
+
+    /// The first place of a storage.
+    ///
+    /// # Panics
+    /// If there is no such storage.
+    pub fn first_place(&self, storage: usize) -> &Place {
+        self.place(self.storages[storage].1[0])
+    }
+
+    /// Returns the nodes of a storage, or the node itself.
+    pub fn nodes_at(&self, node: u32) -> Vec<u32> {
+        match self.storage(node) {
+            Some(index) => self.storages[index].1.clone(),
+            None => vec![node],
+        }
     }
 
     /// Gives a node another name, unless it is the name or the id of a node. Of several nodes with
@@ -186,16 +222,20 @@ impl Places {
         self.by_id.get(&id).copied()
     }
 
-    /// The place of a node.
+    /// The place of a node; the first place of a storage.
     ///
     /// # Panics
     /// If there is no such node.
     pub fn place(&self, node: u32) -> &Place {
+        let node = self.storage(node).map_or(node, |index| self.storages[index].1[0]);
         &self.places[node as usize]
     }
 
-    /// Returns the name of a node, or its id if it has none.
+    /// Returns the name of a node, or its id if it has none; the name of a storage.
     pub fn label(&self, node: u32) -> String {
+        if let Some(index) = self.storage(node) {
+            return self.storages[index].0.clone();
+        }
         match self.places.get(node as usize) {
             Some(place) if place.name.is_empty() => place.id.to_string(),
             Some(place) => place.name.clone(),

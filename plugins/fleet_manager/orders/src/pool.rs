@@ -12,17 +12,20 @@ use super::order::{
 };
 use super::places::Places;
 use super::stations::{Service, Stations};
+use super::storages::{Lack, Storages};
 use super::threads::Threads;
 use super::threads::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 
 mod assignment;
 mod requests;
 mod sources;
+mod storing;
 
 pub use assignment::Assignments;
 pub use sources::LoadStops;
 use sources::Source;
 pub(super) use sources::{Known, Restored};
+use storing::Unplaced;
 
 /// The next step of a robot after a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +69,9 @@ pub struct OrderPool {
     /// The number of robots of each type; empty as long as nobody has told it.
     fleet: Vec<usize>,
     stations: Stations,
+    storages: Storages,
+    /// The orders that wait for places, and the storage that had none when they were last tried.
+    unplaced: BTreeMap<Unplaced, Option<Lack>>,
     /// The source of each open order that a generator made, as an index.
     made_by: BTreeMap<OrderId, usize>,
     next_id: u64,
@@ -205,6 +211,7 @@ impl OrderPool {
         let next = order.content.stops.get(order.handled_stops).copied();
         self.by_robot.insert(robot, Held { id, is_bound: true });
         self.counts.stops += 1;
+        self.storages.handled(id, stop as usize);
         self.note(id, now_secs, Change::Handled { robot, stop });
         if next.is_none() {
             self.close(id, State::Finished(robot), now_secs, Change::Finished { robot });
@@ -247,7 +254,7 @@ impl OrderPool {
             if let Some(source) = self.source_of(id) {
                 source.unroutable += 1;
             }
-            self.note(id, now_secs, Change::Unroutable { reason });
+            self.note(id, now_secs, Change::Unroutable { reason, lack: None });
         }
         is_waiting
     }
@@ -373,6 +380,7 @@ impl OrderPool {
         if let Some(robot) = order.content.intended_robot {
             self.intended.remove(&(robot, id));
         }
+        self.release_places(&order);
         self.changed.remove(&id);
         self.counts.closed(&order, now_secs);
         if self.threads.is_some() {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use regatta_orders::NewOrder;
+use regatta_orders::{NewOrder, State};
 use regatta_plugin::frame::RobotState;
 
 use super::{Manager, Progress};
@@ -104,7 +104,8 @@ impl Manager {
         if !self.charging.is_needed() {
             return rests;
         }
-        for order in self.orders.open_orders().filter(|order| !order.is_bound()) {
+        let orders = self.orders.open_orders().filter(|order| order.state != State::Unplaced);
+        for order in orders.filter(|order| !order.is_bound()) {
             let Some(first) = order.content.stops.first() else { continue };
             let Some(rest) = self.rest(&order.content) else { continue };
             let most = rests.entry(first.node).or_insert(rest);

@@ -276,7 +276,7 @@ fn a_repaired_robot_goes_on_without_an_unroutable_order() {
         fleet.run(1, 1_000, 700);
         for event in fleet.manager.orders_mut().events() {
             let is_impossible =
-                matches!(event.change, Change::Unroutable { reason: Unroutable::NoWay });
+                matches!(event.change, Change::Unroutable { reason: Unroutable::NoWay, .. });
             assert!(!is_impossible, "{event:?}");
             withdrawn += u32::from(matches!(event.change, Change::Withdrawn { .. }));
         }

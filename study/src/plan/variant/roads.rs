@@ -182,12 +182,22 @@ fn named_labels(load: &Load) -> BTreeSet<String> {
             add_labels(nodes, &mut labels);
         }
     }
+    for storage in storages(load) {
+        if let Some(nodes) = storage.get("at") {
+            add_labels(nodes, &mut labels);
+        }
+    }
     for load in std::iter::once(load).chain(load.generators.iter().flatten()) {
         for nodes in STOPS.iter().filter_map(|key| load.rest.get(*key)) {
             add_labels(nodes, &mut labels);
         }
     }
     labels
+}
+
+/// The entries of the storages of a load.
+fn storages(load: &Load) -> impl Iterator<Item = &Value> {
+    load.rest.get("storages").and_then(Value::as_array).into_iter().flatten()
 }
 
 fn add_labels(nodes: &Value, labels: &mut BTreeSet<String>) {
@@ -224,6 +234,7 @@ fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Lo
             prune_list(&format!("group {name}"), nodes, left_out)?;
         }
     }
+    prune_storages(load, left_out)?;
     let groups = group_names(load);
     prune_stops(load, &groups, left_out)?;
     let Some(generators) = &mut load.generators else { return Ok(Vec::new()) };
@@ -244,6 +255,22 @@ fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Lo
         Some(error) => Err(error),
         None => Ok(lost),
     }
+}
+
+/// Takes nodes out of the lists of storages.
+fn prune_storages(load: &mut Load, left_out: &BTreeSet<String>) -> Result<(), Lost> {
+    let Some(Value::Array(storages)) = load.rest.get_mut("storages") else { return Ok(()) };
+    for (storage, number) in storages.iter_mut().zip(1..) {
+        for key in ["at", "full"] {
+            let Some(nodes) = storage.get_mut(key) else { continue };
+            let lost = prune_list(&format!("storage {number}"), nodes, left_out);
+            // No place may be full.
+            if key == "at" {
+                lost?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Takes nodes out of the stops of a generator. `groups` are the names of groups of nodes.

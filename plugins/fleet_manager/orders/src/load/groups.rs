@@ -6,6 +6,7 @@ use regatta_base::yaml::{self, Node};
 use regatta_plugin::world::Role;
 
 use crate::places::{PlaceError, Places};
+use crate::storages::StorageSettings;
 
 /// The named groups of nodes.
 pub(crate) struct Groups<'places> {
@@ -24,6 +25,44 @@ impl<'places> Groups<'places> {
             named.insert(name.into_owned(), group(value, places)?);
         }
         Ok(Self { named, places })
+    }
+
+    /// Returns the groups with the nodes of storages, for stations at all places of one.
+    pub(super) fn with_nodes_of(mut self, storages: &[StorageSettings]) -> Self {
+        for storage in storages {
+            self.named.insert(storage.name.clone(), storage.nodes());
+        }
+        self
+    }
+
+    /// Returns the groups in which the name of a storage is the storage itself, for orders.
+    pub(super) fn with_storages<'storages>(
+        self,
+        storages: &[StorageSettings],
+        places: &'storages Places,
+    ) -> Groups<'storages> {
+        let mut named = self.named;
+        for storage in storages {
+            named.remove(&storage.name);
+        }
+        Groups { named, places }
+    }
+
+    /// Whether a group has a name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.named.contains_key(name) || role_named(name).is_some()
+    }
+
+    /// Returns the nodes that a field names, which are no storages.
+    pub(crate) fn find_nodes(&self, field: Option<&Node>) -> Result<Vec<u32>, yaml::Error> {
+        let nodes = self.find(field, Role::None)?;
+        match (nodes.iter().find(|node| self.places.storage(**node).is_some()), field) {
+            (Some(storage), Some(field)) => Err(field.error(format!(
+                "orders pick and drop at the storage `{}`: name it in `from`, `to` or `flows`",
+                self.places.label(*storage)
+            ))),
+            _ => Ok(nodes),
+        }
     }
 
     /// Returns the nodes that a field names, or those of the role, or all if none has it; but no

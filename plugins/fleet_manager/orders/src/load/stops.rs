@@ -54,7 +54,7 @@ impl Stops {
     ) -> Result<Self, yaml::Error> {
         let has_two = ["from", "to", "flows", "via"].iter().any(|key| fields.get(key).is_some());
         if matches!(arrival, Arrival::Endless(_)) && !has_two {
-            return Ok(Self::One(groups.find(fields.get("among"), Role::None)?));
+            return Ok(Self::One(groups.find_nodes(fields.get("among"))?));
         }
         if fields.get("among").is_some() {
             return Err(value.error(
@@ -71,7 +71,7 @@ impl Stops {
         let mut via = Vec::new();
         if let Some(list) = fields.get("via") {
             for group in list.list()? {
-                via.push(groups.find(Some(group), Role::None)?);
+                via.push(groups.find_nodes(Some(group))?);
             }
         }
         Ok(Self::Transport(Transport { flows, via }))

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use regatta_base::yaml;
 
+use super::storing::at_first_places;
 use super::{Change, Held, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
 use crate::file::TimedDraft;
 use crate::generator::{Generator, IsFeasible};
@@ -81,6 +82,7 @@ impl OrderPool {
 
     /// Adds the generators of a load.
     pub fn add_load(&mut self, load: &Load) {
+        self.set_storages(load);
         self.continue_load(load, &Known::default());
     }
 
@@ -107,6 +109,7 @@ impl OrderPool {
     pub fn for_rehearsal(&self, number: u64) -> Self {
         let mut pool = Self::new(self.places.clone());
         pool.stations = self.stations.unused();
+        pool.storages = self.storages.unused();
         for source in &self.sources {
             let generator = source.generator.with_other_orders(number);
             pool.sources.push(Source { generator, open: 0, unroutable: 0 });
@@ -136,7 +139,12 @@ impl OrderPool {
             stops.all.extend(order.stops.iter().map(|stop| stop.node));
             stops.last.extend(order.stops.last().map(|stop| stop.node));
         }
-        stops
+        LoadStops { all: self.at_nodes(stops.all), last: self.at_nodes(stops.last) }
+    }
+
+    /// Returns nodes with all places of a storage in its stead.
+    fn at_nodes(&self, nodes: BTreeSet<u32>) -> BTreeSet<u32> {
+        nodes.into_iter().flat_map(|node| self.places.nodes_at(node)).collect()
     }
 
     fn likely_stops(&self) -> Vec<u32> {
@@ -145,7 +153,7 @@ impl OrderPool {
         let stops: BTreeSet<u32> =
             known.flat_map(|order| &order.stops).map(|stop| stop.node).collect();
         if !stops.is_empty() {
-            return stops.into_iter().collect();
+            return self.at_nodes(stops).into_iter().collect();
         }
         let transports = self.places.nodes(|place| place.role.is_pick() || place.role.is_drop());
         if transports.is_empty() { self.places.nodes(|_| true) } else { transports }
@@ -188,7 +196,10 @@ impl OrderPool {
             let robots = robots_of(&self.fleet, generator.robot_types()).unwrap_or(robots);
             // Unroutable orders don't keep robots busy, but their number is bounded.
             let mut open = *open - (*unroutable).min(MOST_LOST * robots);
-            while let Some((secs, order)) = generator.next(now_secs, robots, open, is_feasible) {
+            let places = &self.places;
+            while let Some((secs, order)) = generator
+                .next(now_secs, robots, open, &|order| is_feasible(&at_first_places(order, places)))
+            {
                 arrivals.push((secs, Some(index), order));
                 open += 1;
             }
@@ -202,6 +213,7 @@ impl OrderPool {
             }
         }
         self.start_early(now_secs);
+        self.place_orders(now_secs);
     }
 
     /// The source of an open order that a generator made.
@@ -215,9 +227,9 @@ impl OrderPool {
             self.early.first().filter(|(bits, _)| f64::from_bits(*bits) <= now_secs)
         {
             self.early.remove(&(bits, id));
-            if let Some(order) = self.open.get_mut(&id) {
-                order.state = State::Waiting;
-                self.wait(id);
+            if let Some(mut order) = self.open.remove(&id) {
+                self.make_ready(&mut order);
+                self.open.insert(id, order);
                 self.changed.insert(id);
             }
         }
@@ -240,19 +252,12 @@ impl OrderPool {
             stops: content.stops.len() as u32,
             due_secs: content.deadline_secs.map(|deadline| deadline - now_secs),
         };
-        let stops = content.stops.clone();
+        let has_places = !self.needs_place(&content);
         self.admit(Order::new(id, content, created_secs), now_secs);
         self.note(id, created_secs, created);
-        self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::OrderEvent {
-            secs: now_secs,
-            id,
-            change: Change::Stop {
-                stop: index,
-                node: stop.node,
-                action: stop.action,
-                dwell_secs: stop.dwell_secs,
-            },
-        }));
+        if has_places {
+            self.tell_stops(id, now_secs);
+        }
         Some(id)
     }
 
@@ -263,8 +268,7 @@ impl OrderPool {
             order.state = State::Created;
             self.early.insert((order.content.earliest_secs.to_bits(), id));
         } else {
-            order.state = State::Waiting;
-            self.wait(id);
+            self.make_ready(&mut order);
         }
         self.intended.extend(order.content.intended_robot.map(|robot| (robot, id)));
         self.names.insert(order.content.name.clone(), id);

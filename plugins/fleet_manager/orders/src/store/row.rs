@@ -10,18 +10,29 @@ use crate::places::Places;
 #[derive(Serialize, Deserialize)]
 pub(super) struct StopRow {
     pub(super) node: u32,
+    /// The name of the storage of which the stop has no place yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) storage: Option<String>,
     pub(super) action: Action,
     pub(super) dwell: f64,
 }
 
 impl StopRow {
     fn new(stop: &Stop, places: &Places) -> Self {
-        Self { node: places.place(stop.node).id, action: stop.action, dwell: stop.dwell_secs }
+        Self {
+            node: places.place(stop.node).id,
+            storage: places.storage(stop.node).map(|_| places.label(stop.node)),
+            action: stop.action,
+            dwell: stop.dwell_secs,
+        }
     }
 
     /// Returns the stop; `None` if the world doesn't have its node, or its time is none.
     fn stop(&self, places: &Places) -> Option<Stop> {
-        let node = places.with_id(self.node)?;
+        let node = match &self.storage {
+            Some(name) => places.find(name)?,
+            None => places.with_id(self.node)?,
+        };
         let is_time = self.dwell.is_finite() && self.dwell >= 0.0;
         is_time.then_some(Stop { node, action: self.action, dwell_secs: self.dwell })
     }
@@ -104,6 +115,7 @@ fn state_of(name: &str, robot: Option<u32>) -> State {
         ("handling", Some(robot)) => State::Handling(robot),
         ("created", _) => State::Created,
         ("unroutable", _) => State::Unroutable,
+        ("unplaced", _) => State::Unplaced,
         _ => State::Waiting,
     }
 }
