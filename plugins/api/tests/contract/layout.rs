@@ -161,7 +161,7 @@ fn all_enums() -> Map<String, Value> {
         Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,
             Driving, Turning }
         StopAction { None, Pick, Drop, Charge, Park }
-        Obstacle { NoWay, ClosedEdges, NoRobot, Battery }
+        Obstacle { NoWay, ClosedEdges, NoRobot, Battery, NoPlace }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         MarkKind { Contact, Fault, Stop, Note }
