@@ -76,7 +76,7 @@ impl Link {
         let listens = config.get_json("listen/endpoints").unwrap_or_default();
         let session = zenoh::open(config)
             .wait()
-            .map_err(|error| LinkError::Open { reason: error.to_string() })?;
+            .map_err(|error| LinkError::Open { reason: reason(&error) })?;
         Ok(Self { session, listens, asks_credentials })
     }
 }
@@ -115,7 +115,7 @@ fn configuration(args: &LinkArgs, listen: Option<&str>) -> Result<Config, LinkEr
 }
 
 fn set(config: &mut Config, key: &str, value: &str) -> Result<(), LinkError> {
-    config.insert_json5(key, value).map_err(|error| LinkError::Open { reason: error.to_string() })
+    config.insert_json5(key, value).map_err(|error| LinkError::Open { reason: reason(&error) })
 }
 
 fn set_addresses(config: &mut Config, key: &str, list: &[String]) -> Result<(), LinkError> {
@@ -126,6 +126,13 @@ fn set_addresses(config: &mut Config, key: &str, list: &[String]) -> Result<(), 
     }
     let quoted: Vec<_> = list.iter().map(|address| format!("{address:?}")).collect();
     set(config, key, &format!("[{}]", quoted.join(",")))
+}
+
+/// Returns zenoh's reason without the lines of its source, which it appends.
+fn reason(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    let end = text.find(" at /").unwrap_or(text.len());
+    text[..end].replace('[', "")
 }
 
 /// Publishes on a key, while somebody listens.
@@ -184,5 +191,5 @@ impl Outlet {
 
 /// Returns the error of declaring a key.
 pub fn declare_error(key: &str, error: &zenoh::Error) -> LinkError {
-    LinkError::Declare { key: key.to_owned(), reason: error.to_string() }
+    LinkError::Declare { key: key.to_owned(), reason: reason(error) }
 }

@@ -97,9 +97,10 @@ fn malformed_messages_are_ignored() {
     let hosts = Hosts::new("malformed");
     let _engine = hosts.engine();
     let mut send = hosts.send();
-    let mut receive = hosts.receive_with(&["--listen", &Hosts::new("free").address]);
+    let own = Hosts::new("free").address;
+    let mut receive = hosts.receive_with(&["--listen", &own]);
     hosts.wait_for_frames();
-    let session = stranger(&hosts.address);
+    let session = stranger(&[&hosts.address, &own]);
     let fleet = &hosts.fleet;
     for bytes in [&b"RGTM"[..], b"", &[0xFF; 70_000]] {
         for key in ["commands", "events", "frames/raw", "columns/battery", "world"] {
@@ -117,13 +118,13 @@ fn malformed_messages_are_ignored() {
     assert!(send.is_running() && receive.is_running());
 }
 
-/// A peer that isn't Regatta's.
-fn stranger(address: &str) -> zenoh::Session {
+/// A peer of both sides that isn't Regatta's.
+fn stranger(addresses: &[&str]) -> zenoh::Session {
     let mut config = Config::default();
     for (key, value) in [
         ("scouting/multicast/enabled", "false"),
         ("listen/endpoints", "[]"),
-        ("connect/endpoints", &format!("[{address:?}]")),
+        ("connect/endpoints", &format!("{addresses:?}")),
     ] {
         config.insert_json5(key, value).expect("a setting");
     }

@@ -1,5 +1,5 @@
-//! Two network namespaces, with delay, loss and a cut between them. They need root, `ip` and `tc`;
-//! elsewhere the test says so and does nothing.
+//! Two network namespaces, with delay, loss and a cut between them. They need root and `ip`,
+//! delay and loss `tc` with netem; what is missing is told and left out.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -33,9 +33,14 @@ impl Cable {
             format!("ip -n {b} addr add 10.77.0.2/24 dev eth0"),
             format!("ip -n {a} link set eth0 up"),
             format!("ip -n {b} link set eth0 up"),
-            format!("tc -n {a} qdisc add dev eth0 root netem delay 20ms loss 1%"),
         ];
-        lines.iter().all(|line| succeeds(line)).then_some(cable)
+        if !lines.iter().all(|line| succeeds(line)) {
+            return None;
+        }
+        if !succeeds(&format!("tc -n {a} qdisc add dev eth0 root netem delay 20ms loss 1%")) {
+            eprintln!("not tested: delay and loss, which need tc with netem");
+        }
+        Some(cable)
     }
 
     fn set(&self, state: &str) {
@@ -54,7 +59,7 @@ impl Drop for Cable {
 #[test]
 fn a_fleet_survives_delay_loss_and_a_cut() {
     let Some(cable) = Cable::lay() else {
-        eprintln!("not tested: network namespaces, which need root, ip and tc with netem");
+        eprintln!("not tested: network namespaces, which need root and ip");
         return;
     };
     let [a, b] = [0, 1].map(|end| ["ip", "netns", "exec", &cable.names[end]]);
