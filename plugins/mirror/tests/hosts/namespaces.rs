@@ -38,7 +38,7 @@ impl Cable {
             return None;
         }
         if !succeeds(&format!("tc -n {a} qdisc add dev eth0 root netem delay 20ms loss 1%")) {
-            eprintln!("not tested: delay and loss, which need tc with netem");
+            regatta_plugin::tell!("not tested: delay and loss, which need tc with netem");
         }
         Some(cable)
     }
@@ -59,7 +59,7 @@ impl Drop for Cable {
 #[test]
 fn a_fleet_survives_delay_loss_and_a_cut() {
     let Some(cable) = Cable::lay() else {
-        eprintln!("not tested: network namespaces, which need root and ip");
+        regatta_plugin::tell!("not tested: network namespaces, which need root and ip");
         return;
     };
     let [a, b] = [0, 1].map(|end| ["ip", "netns", "exec", &cable.names[end]]);
