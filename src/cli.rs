@@ -140,6 +140,13 @@ pub enum Command {
         #[command(subcommand)]
         command: vda5050::Vda5050Command,
     },
+    /// Show a fleet of this host on another one, or one of another host here.
+    #[cfg(feature = "zenoh")]
+    #[command(arg_required_else_help = false)]
+    Mirror {
+        #[command(subcommand)]
+        command: regatta_mirror::MirrorCommand,
+    },
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
     /// List, show, cancel and import the transport orders of a running fleet manager.

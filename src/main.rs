@@ -90,6 +90,8 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Plot(args) => println!("{}", regatta_record::plot(&args)?),
         Command::Validate(args) => recording::validate(&args)?,
         Command::Vda5050 { command } => return vda5050::run(&command),
+        #[cfg(feature = "zenoh")]
+        Command::Mirror { command } => regatta_mirror::run(&command).map_err(plugin_failure)?,
         Command::Top(Target { fleet }) => {
             regatta_metrics::top::run(&fleet).map_err(plugin_failure)?;
         }

@@ -137,7 +137,7 @@ fn the_command_line_depends_on_nothing_of_the_bench() {
 
 #[test]
 fn each_heavy_dependency_has_one_owner() {
-    let owners: [(&str, &[&str]); 8] = [
+    let owners: [(&str, &[&str]); 9] = [
         ("iceoryx2", &["plugins/api"]),
         ("serde_yaml", &["engine/scenario"]),
         ("quick-xml", &["engine/base", "engine/layout"]),
@@ -146,6 +146,7 @@ fn each_heavy_dependency_has_one_owner() {
         // The window connects the renderer to a surface, and draws the panels' meshes by it.
         ("wgpu", &["viewer", "viewer/gpu"]),
         ("winit", &["viewer"]),
+        ("zenoh", &["plugins/mirror"]),
         ("egui", &["viewer", "viewer/gpu", "viewer/interface"]),
     ];
     for folder in crates().iter().map(String::as_str).chain(["."]) {

@@ -212,6 +212,12 @@ impl Commands {
         self.push(CommandKind::Remove, CommandRecord { robot, ..CommandRecord::default() })
     }
 
+    /// Collects commands of another sender, with their tokens and legs as they are: a gateway passes
+    /// them on.
+    pub fn pass_on(&mut self, records: &[CommandRecord]) {
+        self.records.extend_from_slice(records);
+    }
+
     /// The records collected so far.
     pub fn pending(&self) -> &[CommandRecord] {
         &self.records

@@ -21,6 +21,7 @@ pub use view::World;
 pub use zones::{ZoneRecord, ZoneRule};
 
 mod background;
+mod bytes;
 mod data;
 mod facilities;
 mod levels;

@@ -1,16 +1,12 @@
 //! The world as a producer makes it.
 
-use bytemuck::cast_slice;
-
+use super::bytes::SECTIONS;
 use super::{
     BackgroundLineRecord, CurveRecord, DoorRecord, EdgeRecord, LiftLevelRecord, LiftRecord,
     MAX_BACKGROUND_POINTS, NodeRecord, OtherNameRecord, RobotTypeRecord, StationRecord, Texts,
     World, WorldHeader, ZoneRecord,
 };
 use crate::records::frame::{BYTES_PER_LINE, Line};
-
-/// The number of a world's sections.
-const SECTIONS: usize = 16;
 
 /// The content of a world, for
 /// [`ProducerPorts::publish_world`](crate::ProducerPorts::publish_world).
@@ -211,24 +207,7 @@ impl WorldData {
 
     /// The bytes of its sections, in the order of [`World::split`].
     fn sections(&self) -> [&[u8]; SECTIONS] {
-        [
-            cast_slice(&self.nodes),
-            cast_slice(&self.edges),
-            cast_slice(&self.curves),
-            cast_slice(&self.robot_types),
-            self.texts.as_bytes(),
-            cast_slice(&self.zones),
-            cast_slice(&self.zone_members),
-            cast_slice(&self.other_names),
-            cast_slice(&self.doors),
-            cast_slice(&self.lifts),
-            cast_slice(&self.lift_levels),
-            cast_slice(&self.facility_members),
-            cast_slice(&self.stations),
-            cast_slice(&self.station_nodes),
-            cast_slice(&self.background_lines),
-            cast_slice(&self.background_points),
-        ]
+        self.view(0, 0).sections()
     }
 
     /// The number of lines that [`write`](Self::write) needs.

@@ -42,6 +42,12 @@ impl Texts {
         text_at(&self.bytes, offset)
     }
 
+    /// Returns texts with their lengths, as [`as_bytes`](Self::as_bytes) gave them. A text that is
+    /// added later may be there twice.
+    pub(super) fn from_bytes(bytes: Vec<u8>) -> Self {
+        Self { bytes, offsets: HashMap::new() }
+    }
+
     /// The texts with their lengths, as records refer to them; empty if there are no texts.
     pub fn as_bytes(&self) -> &[u8] {
         &self.bytes
