@@ -9,6 +9,9 @@ use crate::density::{CROWDED, FADE};
 use crate::robots::{Dense, Variant};
 use crate::view::ViewUniform;
 
+/// The bit of `view.filtered` for pictures with a heat map, over which robots are dimmed.
+const OVER_HEAT: u32 = 4;
+
 impl Renderer {
     /// The density of half the strength, in robots per square metre: the mean over the ground.
     pub fn mean_density(&self) -> Option<f32> {
@@ -43,7 +46,7 @@ impl Renderer {
         }
         view.heated = u32::from(picture.scene.heat.is_some());
         view.detail.w = self.columns.values() as f32;
-        view.filtered = self.columns.filtered();
+        view.filtered = self.columns.filtered() | view.heated * OVER_HEAT;
         view
     }
 

@@ -2,8 +2,8 @@
 
 // The width in metres near the camera of cold and of hot edges; the least and the greatest width in pixels of both.
 const METRES = vec2f(0.12, 0.6);
-const COLD_PIXELS = vec2f(1.6, 7.0);
-const HOT_PIXELS = vec2f(4.5, 26.0);
+const COLD_PIXELS = vec2f(2.0, 7.0);
+const HOT_PIXELS = vec2f(6.5, 26.0);
 // Parts of a bent curve's ribbon, and the vertices of each part; the same as in heat.rs.
 const PARTS = 16u;
 const QUAD = 6u;

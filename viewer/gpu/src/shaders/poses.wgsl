@@ -55,6 +55,8 @@ fn pose_of(i: u32) -> vec3f {
 
 // How much of a robot's colour is left if it doesn't match the filter.
 const DIMMED = 0.16;
+// How much of it is left over a heat map.
+const OVER_HEAT = 0.45;
 
 // A robot's bit in one of the rows of bits.
 fn bit_of(i: u32, row: u32) -> bool {
@@ -74,8 +76,8 @@ fn is_hidden(i: u32) -> bool {
 }
 
 fn colour_of(i: u32) -> vec3f {
-    let colour = undimmed_colour_of(i);
-    return select(mix(view.floor.rgb, colour, DIMMED), colour, matches(i));
+    let shown = select(1.0, OVER_HEAT, (view.filtered & 4u) != 0u);
+    return mix(view.floor.rgb, undimmed_colour_of(i), select(DIMMED, shown, matches(i)));
 }
 
 fn undimmed_colour_of(i: u32) -> vec3f {

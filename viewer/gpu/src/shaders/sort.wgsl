@@ -49,6 +49,7 @@ override DENSITY = false;
 // What robots are coloured by: as `view.source`.
 override SOURCE = 0u;
 // As `view.filtered`. Bit 0: robots that don't match a filter are dimmed. Bit 1: robots of other levels than the picture's are hidden.
+// Bit 2: all are dimmed over a heat map.
 override FILTERED = 0u;
 // Whether a robot may be large enough for a block or a mesh.
 override BODIES = true;
@@ -210,8 +211,9 @@ fn own_colour_of(i: u32, state: u32) -> vec3f {
         at = f32(robot_type_of(i) % 16u);
     }
     let colour = select(view.unknown.rgb, shade_of(at), (SOURCE != 0u) | (i < u32(view.detail.w)));
-    if (FILTERED & 1u) != 0u {
-        return select(mix(view.floor.rgb, colour, DIMMED), colour, matches(i));
+    if (FILTERED & 5u) != 0u {
+        let shown = select(1.0, OVER_HEAT, (FILTERED & 4u) != 0u);
+        return mix(view.floor.rgb, colour, select(DIMMED, shown, matches(i)));
     }
     return colour;
 }

@@ -65,6 +65,7 @@ struct View {
     // half the strength, in square metres; w: the length of robots, in metres.
     density: vec4f,
     // Bit 0: robots that don't match a filter are dimmed. Bit 1: robots of other levels than the picture's are hidden.
+    // Bit 2: all are dimmed over a heat map.
     filtered: u32,
     // 1 if there is a heat map.
     heated: u32,
