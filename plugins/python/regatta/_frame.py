@@ -63,7 +63,7 @@ class Frame:
     ``frame.x.copy()``. A frame that a program or a notebook has shown (by its ``repr``) is a copy from then on.
     """
 
-    __slots__ = ("_activity", "_fleet", "_payload", "_words", "_world", "header", "missed")
+    __slots__ = ("_activity", "_fleet", "_keeps_activity", "_payload", "_words", "_world", "header", "missed")
 
     def __init__(self, sample: Sample[FrameHeader], fleet: Fleet) -> None:
         self.header = sample.header
@@ -81,6 +81,7 @@ class Frame:
         self._refer_to(sample.payload[: lines * BYTES_PER_LINE])
         self._world: World | None = None
         self._activity: ColumnValues | None = None
+        self._keeps_activity = False
 
     def __len__(self) -> int:
         """Returns the number of rows: robot ids are ``0 .. len(frame) - 1``."""
@@ -94,9 +95,7 @@ class Frame:
         copy._refer_to(self._payload.copy())
         # A later world may have replaced this frame's when the copy is asked for it.
         copy._world = self._world = self._world or self._fleet._known_world(self.header)
-        # The manager may publish later activities before the copy becomes a table.
-        activity = self._published_activity()
-        copy._activity = None if activity is None else activity.copy()
+        copy._keep_activity(self._published_activity())
         return copy
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -208,7 +207,12 @@ class Frame:
     def _published_activity(self) -> ColumnValues | None:
         """Returns the activities that the fleet manager has published for this frame's run, the newest ones; for a copy,
         those of the time when it was made."""
-        return self._activity or self._fleet._activities(self.header)
+        return self._activity if self._keeps_activity else self._fleet._activities(self.header)
+
+    def _keep_activity(self, activity: ColumnValues | None) -> None:
+        """Keeps a copy of the activities, or that there are none yet: the manager may publish later ones."""
+        self._activity = None if activity is None else activity.copy()
+        self._keeps_activity = True
 
     def _column(self, number: int) -> npt.NDArray[np.float32]:
         start = number * self.header.stride_lines * WORDS_PER_LINE
@@ -221,8 +225,7 @@ class Frame:
         """Makes this frame a copy of itself, because a program that shows an object may keep it: a notebook's ``Out[]`` would
         hold shared memory with each frame that a cell shows."""
         self._refer_to(_owned(self._payload))
-        activity = self._published_activity()
-        self._activity = None if activity is None else activity.copy()
+        self._keep_activity(self._published_activity())
 
 
 def _owned(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:

@@ -38,8 +38,8 @@ class Recording(Frames):
 
     The program ``regatta replay`` publishes the recording as a fleet of its own, and waits for each turn of the loop.
     So ``frame.world`` and ``frame.columns`` work as with a live fleet, and ``recording.fleet.events().take()`` has the
-    recorded events up to the frame's tick. The replay ends with this object: when it is closed, when nothing refers to it
-    any more, or with the program.
+    recorded events up to the frame's tick. The replay ends with this object: when it is closed, when nothing refers to
+    it any more, or with the program (one that a signal kills can't end it).
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -65,16 +65,17 @@ class Recording(Frames):
     def to_pandas(self, every: float | None = None, rows: int = MAX_ROWS) -> pandas.DataFrame:
         """Returns the whole recording as a data frame of pandas, which must be installed.
 
-        It has a row per robot and frame, without absent robots, in the order of time. The columns are those of ``regatta
-        export``: ``run`` (from 0), ``tick``, ``sim_time_s``, ``robot``, ``x_m``, ``y_m``, ``theta_rad``,
-        ``speed_m_per_s``, ``s_m``, ``edge`` (its id in the route graph; missing if the robot is on none), ``state`` and, if
-        it was recorded, ``activity`` (categories).
+        It has a row per robot and frame, without absent robots, in the order of time. The columns are those of
+        ``regatta export``: ``run`` (from 0), ``tick``, ``sim_time_s``, ``robot``, ``x_m``, ``y_m``, ``theta_rad``,
+        ``speed_m_per_s``, ``s_m``, ``edge`` (its id in the route graph; missing if the robot is on none), ``state``
+        and, if it was recorded, ``activity`` (categories).
 
-        ``every`` is the simulated time between frames, in seconds: 1.0 takes the first frame of each second. Without it,
-        all frames are taken. They are read one after the other, so that only the table takes memory.
+        ``every`` is a period of simulated time, in seconds: 1.0 takes the first frame of each second. Without it, all
+        frames are taken. They are read one after the other, so that only the table takes memory.
 
-        The file is read from its start, however much of it a loop has read. Raises :class:`ReadError <regatta.ReadError>`
-        if it can't be read or has more than ``rows`` rows, and ``ValueError`` unless ``every`` is positive.
+        The file is read from its start, however much of it a loop has read. Raises :class:`ReadError
+        <regatta.ReadError>` if it can't be read or has more than ``rows`` rows, and ``ValueError`` unless ``every`` is
+        positive.
         """
         package("pandas")
         return to_pandas(_rows_of_all(self.path, every, rows))
@@ -148,8 +149,10 @@ def _rows_of_all(path: Path, every: float | None, limit: int) -> Rows:
             run = runs.setdefault(frame.run_id, len(runs))
             count += len(table["robot"])
             if count > limit:
-                raise ReadError(f"{path} has more than {limit} rows; take fewer frames (every=1.0), or give a larger rows=")
+                raise ReadError(f"{path} has more than {limit} rows; give every=1.0 (seconds), or a larger rows=")
             tables.append({"run": np.full(len(table["robot"]), run, np.uint32), **table})
         if termination.requested:
             raise KeyboardInterrupt
+    if not tables:
+        raise ReadError(f"{path} has no frames")
     return joined(tables)

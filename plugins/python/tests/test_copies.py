@@ -186,9 +186,11 @@ def test_a_table_has_the_activities_that_a_manager_publishes(sparse: regatta.Fra
         column.publish(sparse, numbers)
         eventually("the activities", lambda: list(values_of(sparse)) == list(numbers) or None)
 
+    early = sparse.copy()
     publish(regatta.Activity.CARRYING, 0.5, regatta.Activity.IDLE, regatta.Activity.HELD)
     copy = sparse.copy()
     publish(*[regatta.Activity.QUEUED] * 4)
+    assert "activity" not in early.to_pandas() and "activity" not in early.to_polars()
     assert list(sparse.to_pandas().activity) == ["queued"] * 3
     assert copy.to_pandas().activity.to_dict()[0] == "carrying" and copy.to_pandas().activity.isna()[1]
     assert copy.to_polars()["activity"].to_list() == ["carrying", None, "held"]
