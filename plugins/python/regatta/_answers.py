@@ -6,7 +6,8 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from regatta._enums import EventKind, Refusal
-from regatta._errors import ControlError, RefusedError
+from regatta._errors import ControlError, OwnedError, RefusedError
+from regatta._ownership import owned
 
 if TYPE_CHECKING:
     from regatta._events import TickReader
@@ -39,8 +40,10 @@ POLL_SECS = 0.002
 
 def wait_for(events: TickReader[Any], tokens: set[int], timeout: float) -> None:
     """Waits until each command has an answer. Raises :class:`RefusedError <regatta.RefusedError>` if some are refused,
-    and :class:`ControlError <regatta.ControlError>` if answers are missing after ``timeout`` seconds."""
+    :class:`OwnedError <regatta.OwnedError>` if some are because another program owns the movement of the robots, and
+    :class:`ControlError <regatta.ControlError>` if answers are missing after ``timeout`` seconds."""
     reasons: list[str] = []
+    is_owned = False
     waiting, deadline = set(tokens), time.monotonic() + timeout
     while waiting:
         for tick in events.take():
@@ -49,6 +52,7 @@ def wait_for(events: TickReader[Any], tokens: set[int], timeout: float) -> None:
                     continue
                 waiting.discard(int(event["token"]))
                 if event["kind"] == EventKind.REFUSED:
+                    is_owned |= event["detail"] == Refusal.NOT_OWNER
                     reasons.append(reason(int(event["detail"]), int(event["id"])))
         if waiting and time.monotonic() >= deadline:
             raise ControlError(f"{len(waiting)} commands have no answer after {timeout:g} s; is the engine paused?")
@@ -56,8 +60,11 @@ def wait_for(events: TickReader[Any], tokens: set[int], timeout: float) -> None:
             time.sleep(POLL_SECS)
     if reasons:
         different = "; ".join(dict.fromkeys(reasons))
+        if is_owned:
+            different = different.replace(REASONS[Refusal.NOT_OWNER], str(owned(events._fleet)))
         count = "" if len(tokens) == 1 else f"{len(reasons)} of {len(tokens)} commands "
-        raise RefusedError(f"{count}refused: {different}")
+        error = OwnedError if is_owned else RefusedError
+        raise error(f"{count}refused: {different}")
 
 
 def reason(detail: int, identity: int) -> str:

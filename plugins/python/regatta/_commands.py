@@ -245,8 +245,9 @@ class Commands(Open):
         """Sends the collected commands, for the next tick. Does nothing if there are none.
 
         With a ``timeout`` in seconds, it also waits for the answers of the engine, and raises :class:`RefusedError
-        <regatta.RefusedError>` with the reasons if it refuses commands, or :class:`ControlError <regatta.ControlError>`
-        if answers are missing by then (not in lockstep: there the answers come with the next frame).
+        <regatta.RefusedError>` with the reasons if it refuses commands (:class:`OwnedError <regatta.OwnedError>` if another
+        program has become the owner of the movement), or :class:`ControlError <regatta.ControlError>` if answers are missing
+        by then (not in lockstep: there the answers come with the next frame).
 
         Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, and :class:`CommandError
         <regatta.CommandError>` if too many samples of commands wait already. Raises :class:`OwnedError
@@ -267,7 +268,9 @@ class Commands(Open):
     def _send(self) -> None:
         if np.isin(np.frombuffer(self._records, RECORD)["kind"], MOVEMENT).any():
             check_owner(self._fleet)
+        self._put()
 
+    def _put(self) -> None:
         def fill(memory: Bytes) -> None:
             memory[:] = np.frombuffer(self._records, np.uint8)
 

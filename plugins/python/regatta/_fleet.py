@@ -100,6 +100,8 @@ class Fleet(Closes):
     def close(self) -> None:
         """Closes everything that is open on the fleet, and leaves the fleet. Frames that the program still refers to
         stay readable. Closing it again does nothing."""
+        if not self._closed:
+            self._keep_world()
         self._closed = True
         for opened in list(self._open):
             opened.close()
@@ -250,6 +252,18 @@ class Fleet(Closes):
             self._update_columns()  # the program may publish it itself
             return reader.first()
         return self._columns[name].newest()
+
+    def _activities(self, header: FrameHeader) -> ColumnValues | None:
+        """Returns the newest activities of robots that a fleet manager has published in a frame's run."""
+        values = None if self._closed else self._column_values("activity")
+        return values if values is not None and values.run_id == header.run_id else None
+
+    def _keep_world(self) -> None:
+        """Takes the newest world, for the frames that outlive this fleet."""
+        try:
+            self._newest_world()
+        except ReadError:
+            pass  # whoever needs it learns that it is missing
 
     def _newest_world(self) -> World | None:
         sample = self._worlds.latest()

@@ -12,7 +12,7 @@ from regatta._contract import BYTES_PER_LINE, WORDS_PER_LINE, FrameHeader
 from regatta._enums import ClockState
 from regatta._errors import ReadError
 from regatta._ports import Bytes, Sample
-from regatta._table import to_html, to_pandas, to_polars
+from regatta._table import package, rows_of, to_html, to_pandas, to_polars
 
 if TYPE_CHECKING:
     import pandas
@@ -63,7 +63,7 @@ class Frame:
     ``frame.x.copy()``. A frame that a program or a notebook has shown (by its ``repr``) is a copy from then on.
     """
 
-    __slots__ = ("_fleet", "_payload", "_words", "_world", "header", "missed")
+    __slots__ = ("_activity", "_fleet", "_keeps_activity", "_payload", "_words", "_world", "header", "missed")
 
     def __init__(self, sample: Sample[FrameHeader], fleet: Fleet) -> None:
         self.header = sample.header
@@ -80,6 +80,8 @@ class Frame:
         self._fleet = fleet
         self._refer_to(sample.payload[: lines * BYTES_PER_LINE])
         self._world: World | None = None
+        self._activity: ColumnValues | None = None
+        self._keeps_activity = False
 
     def __len__(self) -> int:
         """Returns the number of rows: robot ids are ``0 .. len(frame) - 1``."""
@@ -93,21 +95,28 @@ class Frame:
         copy._refer_to(self._payload.copy())
         # A later world may have replaced this frame's when the copy is asked for it.
         copy._world = self._world = self._world or self._fleet._known_world(self.header)
+        copy._keep_activity(self._published_activity())
         return copy
 
     def to_pandas(self) -> pandas.DataFrame:
         """Returns a copy as a data frame of pandas, which must be installed.
 
-        It has a row per robot, without absent ones. The index is the robot's id; the columns are ``tick``,
-        ``sim_time``, ``x``, ``y``, ``theta``, ``speed``, ``s``, ``edge`` (missing if the robot is on none) and
-        ``state`` (a category: ``"driving"``, for example).
+        It has a row per robot, without absent ones. The index ``robot`` is the robot's id. The columns are those of
+        ``regatta export``: ``tick``, ``sim_time_s``, ``x_m``, ``y_m``, ``theta_rad``, ``speed_m_per_s``, ``s_m``,
+        ``edge`` (its id in the route graph; missing if the robot is on none), ``state`` (a category: ``"driving"``, for
+        example), and ``activity`` if a fleet manager publishes it (a category: the newest one, ``"carrying"``, for
+        example).
+
+        Raises :class:`ReadError <regatta.ReadError>` if the producer doesn't publish the route graph.
         """
-        return to_pandas(self)
+        package("pandas")
+        return to_pandas(rows_of(self)).set_index("robot")
 
     def to_polars(self) -> polars.DataFrame:
         """Returns a copy as a data frame of polars, which must be installed. Its columns are those of
-        :meth:`to_pandas`, and ``robot``."""
-        return to_polars(self)
+        :meth:`to_pandas`, and ``robot``. Raises the same errors."""
+        package("polars")
+        return to_polars(rows_of(self))
 
     def __str__(self) -> str:
         return f"<regatta.Frame: tick {self.tick} ({self.sim_time:.2f} s), {len(self)} robots>"
@@ -195,6 +204,16 @@ class Frame:
         """
         return self._fleet._column_values(name)
 
+    def _published_activity(self) -> ColumnValues | None:
+        """Returns the activities that the fleet manager has published for this frame's run, the newest ones; for a copy,
+        those of the time when it was made."""
+        return self._activity if self._keeps_activity else self._fleet._activities(self.header)
+
+    def _keep_activity(self, activity: ColumnValues | None) -> None:
+        """Keeps a copy of the activities, or that there are none yet: the manager may publish later ones."""
+        self._activity = None if activity is None else activity.copy()
+        self._keeps_activity = True
+
     def _column(self, number: int) -> npt.NDArray[np.float32]:
         start = number * self.header.stride_lines * WORDS_PER_LINE
         return self._words[start : start + self.header.robots]
@@ -206,6 +225,7 @@ class Frame:
         """Makes this frame a copy of itself, because a program that shows an object may keep it: a notebook's ``Out[]`` would
         hold shared memory with each frame that a cell shows."""
         self._refer_to(_owned(self._payload))
+        self._keep_activity(self._published_activity())
 
 
 def _owned(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:

@@ -6,6 +6,7 @@ import os
 import secrets
 import subprocess
 import tempfile
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from regatta._fleet import Fleet
 from regatta._frame import Frame
 from regatta._frames import Frames
 from regatta._open import Closes
-from regatta._program import find_program
+from regatta._program import end, find_program
 from regatta._study import Study, study
 
 TIMEOUT_SECS = 1_000_000
@@ -43,7 +44,8 @@ class _Frames(Frames):
 class Run(Closes):
     """A fleet with its engine, its manager and its plugins, which stands until :meth:`step` lets time pass.
 
-    All of them wait for each other, so that a run repeats bit by bit. It ends with :meth:`close`, or ``with``.
+    All of them wait for each other, so that a run repeats bit by bit. It ends with :meth:`close`, or ``with``, and at the
+    latest with the program.
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class Run(Closes):
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors, env=environment
         )
+        self._end = weakref.finalize(self, end, self._process, self._errors)
         self.fleet = Fleet(name, name)
         """The fleet, as this program has joined it."""
         self._work = self.fleet.work()
@@ -106,10 +109,7 @@ class Run(Closes):
     def close(self) -> None:
         """Ends the run. Closing it again does nothing."""
         self.fleet.close()
-        if self._process.poll() is None:
-            self._process.terminate()
-        self._process.wait()
-        self._errors.close()
+        self._end()
 
     def __repr__(self) -> str:
         state = "ended" if self._process.poll() is not None else f"at {self.sim_time:.2f} s, {len(self.frame)} robots"

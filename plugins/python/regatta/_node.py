@@ -80,7 +80,7 @@ class Node:
 
     def holder(self, service: str) -> Holder:
         """Tells whether a process has made a claim."""
-        return Holder(self._event(service))
+        return Holder(self._event(service), self._node)
 
     def reporter(self) -> Reporter:
         """Opens the sending end of lockstep reports, under the name of this process."""

@@ -34,12 +34,21 @@ def check_owner(fleet: Fleet) -> None:
 
 def owned(fleet: Fleet) -> OwnedError:
     """Returns the error for a fleet whose movement another program owns."""
+    return OwnedError(
+        f"{_owner(fleet)} moves the robots of fleet '{fleet.name}'; stop it first, or ask it to send a robot with"
+        " fleet.send()"
+    )
+
+
+def _owner(fleet: Fleet) -> str:
+    """Returns the name of the owner, with its process."""
+    members = fleet._owner.members()
+    if len(members) == 1:
+        return members[0]
+    # The engine knows which of them it is. In lockstep it doesn't answer while a program has its turn.
     with fleet.control() as control:
         try:
             owner = control.status().owner
         except ControlError:
             owner = ""
-    return OwnedError(
-        f"{owner or 'another process'} moves the robots of fleet '{fleet.name}'; stop it first, or ask it to send a robot"
-        " with fleet.send()"
-    )
+    return owner or " or ".join(members) or "another process"

@@ -24,6 +24,9 @@ Request = TypeVar("Request", bound=Record)
 Response = TypeVar("Response", bound=Record)
 Bytes = npt.NDArray[np.uint8]
 
+ENGINE = "engine"
+"""The name that an engine goes by in its fleet."""
+
 NAP = 0.1
 """The longest sleep, in seconds, which bounds the cost of a lost wake-up."""
 
@@ -294,8 +297,9 @@ class Claim:
 class Holder:
     """Tells whether a living process holds a claim."""
 
-    def __init__(self, service: Any) -> None:
+    def __init__(self, service: Any, node: Any) -> None:
         self._service = service
+        self._node = node
 
     def is_held(self) -> bool:
         """Whether a living process holds it. Takes a millisecond or so if one does."""
@@ -303,9 +307,19 @@ class Holder:
             self._service.try_cleanup_dead_nodes()
         return int(self._service.dynamic_config.number_of_notifiers) > 0
 
+    def members(self) -> list[str]:
+        """Returns the other living members of the fleet that may hold it, such as ``fleet-manager (process 4711)``: all
+        that have the service open, without the engine, which only watches it. (iceoryx2's binding doesn't tell which of
+        them holds it.)"""
+        own = self._node.id.value
+        alive = [state[0] for state in self._service.nodes if isinstance(state, iox.NodeState.Alive)]
+        others = [view.details for view in alive if view.id.value != own and view.details is not None]
+        names = [(details.name.as_str().rsplit("/")[-1], details.process_id) for details in others]
+        return [f"{name} (process {process})" for name, process in names if name != ENGINE]
+
     def close(self) -> None:
         """Stops watching."""
-        self._service = ClosedPort("a claim")
+        self._service = self._node = ClosedPort("a claim")
 
 
 class Wake:

@@ -1,15 +1,19 @@
-"""Frames as tables, for data frames and for notebooks."""
+"""Frames as tables, for data frames and for notebooks.
+
+The columns have the names of those of ``regatta export``, with their units.
+"""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import NO_EDGE
-from regatta._enums import RobotState
+from regatta._enums import Activity, RobotState
 
 if TYPE_CHECKING:
     import pandas
@@ -17,69 +21,117 @@ if TYPE_CHECKING:
 
     from regatta._frame import Frame
 
-FLOATS = "x", "y", "theta", "speed", "s"
-STATES = [state.name.lower() for state in RobotState if state != RobotState.ABSENT]
+FLOATS = {"x": "x_m", "y": "y_m", "theta": "theta_rad", "speed": "speed_m_per_s", "s": "s_m"}
+"""The columns of 32-bit floats, by the attributes of a frame."""
+WORDS = {
+    "state": [state.name.lower() for state in RobotState if state != RobotState.ABSENT],
+    "activity": [activity.word for activity in Activity],
+}
+"""The columns of words, and their words by number."""
+NO_WORD = -1
+"""The number of a word that is missing."""
 SHOWN = 8
 """The number of robots in a notebook's picture of a frame."""
 
+Rows = dict[str, npt.NDArray[Any]]
+"""A table: its columns by name. Edges may be :data:`NO_EDGE`; columns of words have numbers."""
 
-def to_pandas(frame: Frame) -> pandas.DataFrame:
-    """Returns a frame as a data frame of pandas."""
-    pd = _package("pandas")
-    robots = _robots(frame)
-    edge = frame.edge[robots]
-    columns = {
+
+def rows_of(frame: Frame) -> Rows:
+    """Returns a row for each robot of a frame, with a column ``activity`` if a fleet manager has published it."""
+    robots = np.flatnonzero(frame.state != RobotState.ABSENT)
+    rows: Rows = {
         "tick": np.full(len(robots), frame.tick, np.uint64),
-        "sim_time": np.full(len(robots), frame.sim_time),
-        **{name: getattr(frame, name)[robots] for name in FLOATS},
-        "edge": pd.arrays.IntegerArray(edge, edge == NO_EDGE),
-        "state": pd.Categorical.from_codes(frame.state[robots].astype(np.int8), STATES),
+        "sim_time_s": np.full(len(robots), frame.sim_time),
+        "robot": robots.astype(np.uint32),
+        **{name: getattr(frame, attribute)[robots] for attribute, name in FLOATS.items()},
+        "edge": _edge_ids(frame, robots),
+        "state": frame.state[robots].astype(np.int8),
     }
-    table: pandas.DataFrame = pd.DataFrame(columns, index=pd.Index(robots, name="robot"))
+    activity = frame._published_activity()
+    if activity is not None:
+        rows["activity"] = _activities(activity.values, robots)
+    return rows
+
+
+def joined(tables: Sequence[Rows]) -> Rows:
+    """Returns the rows of several tables, one after the other. Words that some of them lack are missing there."""
+    names = dict.fromkeys(name for table in tables for name in table)
+    return {name: np.concatenate([_column(table, name) for table in tables]) for name in names}
+
+
+def to_pandas(rows: Rows) -> pandas.DataFrame:
+    """Returns a table as a data frame of pandas."""
+    pd = package("pandas")
+    columns = dict(rows)
+    columns["edge"] = pd.arrays.IntegerArray(rows["edge"], rows["edge"] == NO_EDGE)
+    for name, words in WORDS.items():
+        if name in rows:
+            columns[name] = pd.Categorical.from_codes(rows[name], words)
+    table: pandas.DataFrame = pd.DataFrame(columns)
     return table
 
 
-def to_polars(frame: Frame) -> polars.DataFrame:
-    """Returns a frame as a data frame of polars."""
-    pl = _package("polars")
-    robots = _robots(frame)
-    edge = frame.edge[robots]
-    columns = {
-        "robot": robots.astype(np.uint32),
-        **{name: getattr(frame, name)[robots] for name in FLOATS},
-        "edge": pl.Series(edge).set(pl.Series(edge == NO_EDGE), None),
-        "state": pl.Series(STATES, dtype=pl.Enum(STATES)).gather(frame.state[robots]),
-    }
-    table: polars.DataFrame = pl.DataFrame(columns).select(
-        pl.lit(frame.tick, pl.UInt64).alias("tick"), pl.lit(frame.sim_time, pl.Float64).alias("sim_time"), pl.all()
-    )
+def to_polars(rows: Rows) -> polars.DataFrame:
+    """Returns a table as a data frame of polars."""
+    pl = package("polars")
+    columns: dict[str, Any] = dict(rows)
+    columns["edge"] = pl.Series(rows["edge"]).set(pl.Series(rows["edge"] == NO_EDGE), None)
+    for name, words in WORDS.items():
+        if name in rows:
+            numbers = pl.Series(rows[name]).set(pl.Series(rows[name] == NO_WORD), None)
+            columns[name] = pl.Series(words, dtype=pl.Enum(words)).gather(numbers)
+    table: polars.DataFrame = pl.DataFrame(columns)
     return table
 
 
 def to_html(frame: Frame) -> str:
     """Returns the first robots of a frame as a table."""
-    names = "robot", *FLOATS, "edge", "state"
-    rows = []
-    for robot in _robots(frame)[:SHOWN]:
-        floats = [f"{getattr(frame, name)[robot]:.3f}" for name in FLOATS]
-        edge = "" if frame.edge[robot] == NO_EDGE else frame.edge[robot]
-        rows.append([robot, *floats, edge, STATES[frame.state[robot]]])
+    rows = rows_of(frame)
+    names = [name for name in rows if name not in ("tick", "sim_time_s")]
     head = "".join(f"<th>{name}</th>" for name in names)
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    count = min(SHOWN, len(rows["robot"]))
+    lines = ["".join(f"<td>{_cell(name, rows[name][row])}</td>" for name in names) for row in range(count)]
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
     caption = f"tick {frame.tick} ({frame.sim_time:.2f} s), {len(frame)} robots"
-    more = "" if len(rows) == len(frame) else f"<p>{len(rows)} of {len(frame)} rows</p>"
+    more = "" if count == len(frame) else f"<p>{count} of {len(frame)} rows</p>"
     return f"<table><caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
 
 
-def _robots(frame: Frame) -> npt.NDArray[np.intp]:
-    """Returns the rows that hold a robot."""
-    return np.flatnonzero(frame.state != RobotState.ABSENT)
-
-
-def _package(name: str) -> Any:
+def package(name: str) -> Any:
+    """Returns a package that makes data frames, or raises ``ImportError`` with the command that installs it."""
     try:
         return importlib.import_module(name)
     except ImportError:
         raise ImportError(
-            f"frame.to_{name} needs the package '{name}'; install it, for example with `pip install 'regatta-sim[{name}]'`"
+            f"to_{name} needs the package '{name}'; install it, for example with `pip install 'regatta-sim[{name}]'`"
         ) from None
+
+
+def _edge_ids(frame: Frame, robots: npt.NDArray[np.intp]) -> npt.NDArray[np.uint32]:
+    """Returns the ids of the edges that robots are on, which exports have; a frame has indices."""
+    ids, index = frame.world.edges["id"], frame.edge[robots]
+    edges = np.full(len(robots), NO_EDGE, np.uint32)
+    known = index < len(ids)
+    edges[known] = ids[index[known]]
+    return edges
+
+
+def _activities(published: npt.NDArray[np.float32], robots: npt.NDArray[np.intp]) -> npt.NDArray[np.int8]:
+    """Returns the numbers of robots' activities. Robots without one have none: one that is new, for example."""
+    values = np.full(len(robots), NO_WORD, np.float32)
+    known = robots < len(published)
+    values[known] = published[robots[known]]
+    return np.where(np.isin(values, list(Activity)), values, NO_WORD).astype(np.int8)
+
+
+def _column(table: Rows, name: str) -> npt.NDArray[Any]:
+    return table[name] if name in table else np.full(len(table["robot"]), NO_WORD, np.int8)
+
+
+def _cell(name: str, value: Any) -> str:
+    if name in WORDS:
+        return "" if value == NO_WORD else WORDS[name][value]
+    if name == "edge" and value == NO_EDGE:
+        return ""
+    return f"{value:.3f}" if name in FLOATS.values() else str(value)

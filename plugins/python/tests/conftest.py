@@ -46,6 +46,12 @@ def eventually(what: str, attempt: Callable[[], T | None]) -> T:
     pytest.fail(f"{what}: not within {PATIENCE} s")
 
 
+def processes() -> dict[int, str]:
+    """Returns the command lines of all processes of this machine, by their numbers."""
+    table = subprocess.run(["ps", "-A", "-ww", "-o", "pid=,args="], check=True, capture_output=True, text=True).stdout
+    return {int(number): arguments for number, arguments in re.findall(r"^ *(\d+) (.*)$", table, re.MULTILINE)}
+
+
 class Process:
     """A child process."""
 

@@ -5,13 +5,15 @@ import sys
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from conftest import Engine, eventually, let_ticks_pass, next_frame
 
 import regatta
 from regatta import RobotState
-from regatta._contract import FrameHeader, Line
+from regatta._contract import EdgeRecord, FrameHeader, Line, WorldHeader, dtype
 
+TABLE = ["tick", "sim_time_s", "x_m", "y_m", "theta_rad", "speed_m_per_s", "s_m", "edge", "state"]
 COLUMNS = "x", "y", "theta", "speed", "s", "edge", "state"
 
 
@@ -122,7 +124,7 @@ def test_the_text_of_a_frame_says_what_it_is(fleet: regatta.Fleet) -> None:
     assert not np.shares_memory(frame.x, shared) and not frame.x.flags.writeable
     np.testing.assert_array_equal(frame.x, shared)
     html = frame._repr_html_()
-    assert f"tick {frame.tick}" in html and "30 robots" in html and "<th>theta</th>" in html and "driving" in html
+    assert f"tick {frame.tick}" in html and "30 robots" in html and "<th>theta_rad</th>" in html and "driving" in html
     assert html.count("<tr>") < 15, "the first robots only"
 
 
@@ -138,9 +140,17 @@ def sparse(engine: Engine) -> regatta.Frame:
         columns[5].view(np.uint32)[:4] = [3, regatta.NO_EDGE, 7, 3]
         memory[6 * 64 :][:4] = [RobotState.DRIVING, RobotState.IDLE, RobotState.ABSENT, RobotState.HELD]
 
+    def fill_edges(memory: Any) -> None:
+        memory[:] = 0
+        memory.view(dtype(EdgeRecord))["id"] = 100 + np.arange(8)
+
+    worlds = fleet._node.sender("world", "the world", Line, WorldHeader)
+    worlds.send(WorldHeader(revision=1, edges=8), 8, fill_edges)
     header = FrameHeader(tick=120, robots=4, stride_lines=1, sim_time_nanos=1_200_000_000, clock=1, speed=2.0)
     sender.send(header, 7, fill)
-    return next_frame(frames)
+    frame = next_frame(frames)
+    assert len(frame.world.edges) == 8, "received while its sender is there"
+    return frame
 
 
 def test_a_frame_knows_the_clock(sparse: regatta.Frame) -> None:
@@ -149,23 +159,48 @@ def test_a_frame_knows_the_clock(sparse: regatta.Frame) -> None:
 
 def test_a_frame_as_a_data_frame_of_pandas(sparse: regatta.Frame) -> None:
     table = sparse.to_pandas()
-    assert list(table.columns) == ["tick", "sim_time", "x", "y", "theta", "speed", "s", "edge", "state"]
+    assert list(table.columns) == TABLE
     assert list(table.index) == [0, 1, 3] and table.index.name == "robot", "absent robots have no row"
-    assert set(table.tick) == {120} and set(table.sim_time) == {1.2}
+    assert set(table.tick) == {120} and set(table.sim_time_s) == {1.2}
     assert list(table.state) == ["driving", "idle", "held"]
-    assert table.x.dtype == np.float32 and table.loc[3, "x"] == sparse.x[3]
-    assert list(table.edge.isna()) == [False, True, False] and list(table.edge.dropna()) == [3, 3]
-    table.loc[0, "x"] = 4711.0
+    assert table.x_m.dtype == np.float32 and table.loc[3, "x_m"] == sparse.x[3]
+    assert list(table.edge.isna()) == [False, True, False] and list(table.edge.dropna()) == [103, 103], "ids"
+    table.loc[0, "x_m"] = 4711.0
     assert sparse.x[0] == 0.0, "a copy"
 
 
 def test_a_frame_as_a_data_frame_of_polars(sparse: regatta.Frame) -> None:
     table = sparse.to_polars()
-    assert table.columns == ["tick", "sim_time", "robot", "x", "y", "theta", "speed", "s", "edge", "state"]
+    assert table.columns == [*TABLE[:2], "robot", *TABLE[2:]]
     assert table["robot"].to_list() == [0, 1, 3]
-    assert set(table["tick"]) == {120} and set(table["sim_time"]) == {1.2}
+    assert set(table["tick"]) == {120} and set(table["sim_time_s"]) == {1.2}
     assert table["state"].to_list() == ["driving", "idle", "held"]
-    assert table["y"].to_list() == [1.0, 1.0625, 1.1875] and table["edge"].to_list() == [3, None, 3]
+    assert table["y_m"].to_list() == [1.0, 1.0625, 1.1875] and table["edge"].to_list() == [103, None, 103]
+
+
+def test_a_table_has_the_activities_that_a_manager_publishes(sparse: regatta.Frame) -> None:
+    """The test itself is the manager, too."""
+    column = sparse._fleet.column("activity")
+
+    def publish(*numbers: float) -> None:
+        column.publish(sparse, numbers)
+        eventually("the activities", lambda: list(values_of(sparse)) == list(numbers) or None)
+
+    early = sparse.copy()
+    publish(regatta.Activity.CARRYING, 0.5, regatta.Activity.IDLE, regatta.Activity.HELD)
+    copy = sparse.copy()
+    publish(*[regatta.Activity.QUEUED] * 4)
+    assert "activity" not in early.to_pandas() and "activity" not in early.to_polars()
+    assert list(sparse.to_pandas().activity) == ["queued"] * 3
+    assert copy.to_pandas().activity.to_dict()[0] == "carrying" and copy.to_pandas().activity.isna()[1]
+    assert copy.to_polars()["activity"].to_list() == ["carrying", None, "held"]
+    html = sparse._repr_html_()
+    assert "<th>activity</th>" in html and html.count("<td>queued</td>") == 3
+
+
+def values_of(frame: regatta.Frame) -> npt.NDArray[np.float32]:
+    values = frame.column("activity")
+    return np.empty(0, np.float32) if values is None else values.values
 
 
 def test_data_frames_of_a_loop_hold_no_frames(fleet: regatta.Fleet) -> None:

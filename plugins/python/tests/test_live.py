@@ -1,8 +1,11 @@
 """Runs that a program steps through."""
 
+import gc
+import re
+
 import numpy as np
 import pytest
-from conftest import ROOT, binary
+from conftest import ROOT, binary, eventually, processes
 
 import regatta
 
@@ -50,3 +53,23 @@ def test_nodes_have_names_and_those_of_stations() -> None:
 def test_a_run_that_can_not_begin_says_why() -> None:
     with pytest.raises(regatta.RunError, match=r"missing\.yaml"):
         regatta.run("missing.yaml")
+
+
+def test_the_owner_of_movement_has_a_name_while_the_engine_waits_for_the_program() -> None:
+    with regatta.run(SCENARIO, robots=4) as run:
+        commands = run.fleet.commands()
+        commands.cancel(0)
+        with pytest.raises(regatta.OwnedError) as error:
+            commands.send()
+        named = re.match(r"fleet-manager \(process (\d+)\) moves the robots of fleet", str(error.value))
+        assert named, error.value
+        assert f"plugin fleet-manager --fleet {run.fleet.name}" in processes()[int(named[1])]
+
+
+def test_a_run_ends_when_nothing_refers_to_it() -> None:
+    run = regatta.run(SCENARIO, robots=4)
+    name = run.fleet.name
+    assert any(name in arguments for arguments in processes().values())
+    del run
+    gc.collect()
+    eventually("no process", lambda: not any(name in arguments for arguments in processes().values()) or None)

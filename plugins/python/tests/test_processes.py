@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import EXAMPLES, ROOT, Engine, binary, eventually, let_ticks_pass, next_frame
+from conftest import EXAMPLES, PATIENCE, ROOT, Engine, binary, eventually, let_ticks_pass, next_frame
 
 import regatta
+from regatta._answers import wait_for
 
 READER = "for frame in regatta.frames(FLEET): print(frame.tick, frame.x.mean(), flush=True)"
 
@@ -125,6 +126,12 @@ def test_a_fleet_has_one_owner_of_movement(engine: Engine) -> None:
         with pytest.raises(regatta.OwnedError, match=r"manager \(process \d+\) moves the robots of fleet"):
             foreign.send()
         foreign.clear()
+    refused = foreign.cancel(0)
+    with other.events() as events:
+        # The engine refuses a command that was sent before the movement had an owner.
+        foreign._put()
+        with pytest.raises(regatta.OwnedError, match=rf"^refused: manager \(process {os.getpid()}\) moves the robots"):
+            wait_for(events, {refused}, PATIENCE)
     foreign.hold(0)
     foreign.send()
     with pytest.raises(regatta.OwnedError, match="moves the robots"):

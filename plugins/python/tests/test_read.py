@@ -1,11 +1,15 @@
 """Recordings as frames."""
 
+import csv
+import gc
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
+import polars
 import pytest
-from conftest import ROOT, binary
+from conftest import ROOT, binary, eventually, processes
 
 import regatta
 
@@ -52,3 +56,83 @@ def test_a_loop_may_end_early_and_a_file_that_is_no_recording_is_an_error(tmp_pa
     for wrong in (tmp_path / "missing.mcap", tmp_path / "orders.yaml"):
         with regatta.read(wrong) as recording, pytest.raises(regatta.ReadError, match=wrong.name):
             list(recording)
+
+
+def replays(path: Path) -> list[str]:
+    """Returns the command lines of the replays of a file."""
+    return [arguments for arguments in processes().values() if f"replay {path}" in arguments]
+
+
+def exported(path: Path) -> list[dict[str, str]]:
+    """Returns the rows that the program exports."""
+    table = path.with_suffix(".csv")
+    subprocess.run([str(binary()), "export", str(path), "-o", str(table)], check=True, capture_output=True)
+    with table.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_recording_is_a_table_as_the_program_exports_it(tmp_path: Path) -> None:
+    path = record(tmp_path)
+    rows = exported(path)
+    header = list(rows[0])
+    with regatta.read(path) as recording:
+        of_frame = next(iter(recording)).to_polars()
+        table, pandas = recording.to_polars(), recording.to_pandas()
+    assert table.columns == list(pandas.columns)
+    assert [name for name in header if name in table.columns] == table.columns
+    assert [name for name in header if name not in table.columns] == ["time_s", "goal", "type", "waits-for"]
+    assert ["run", *of_frame.columns] == table.columns
+    assert len(table) == len(pandas) == len(rows) == 204
+    seconds = [float(row["sim_time_s"]) for row in rows]
+    assert table["sim_time_s"].to_list() == list(pandas["sim_time_s"]) == pytest.approx(seconds, abs=1e-9)
+    for name in ("run", "tick", "robot", "x_m", "y_m", "theta_rad", "speed_m_per_s", "s_m", "edge"):
+        of_export = polars.Series([row[name] for row in rows]).replace("", None).cast(table[name].dtype)
+        assert of_export.equals(table[name]), name
+        assert of_export.equals(polars.Series(list(pandas[name]), dtype=table[name].dtype)), name
+    assert table["state"].to_list() == list(pandas["state"]) == [row["state"] for row in rows]
+    activities = [regatta.Activity(int(row["activity"])).word for row in rows]
+    assert table["activity"].to_list() == list(pandas["activity"]) == activities
+    assert {"carrying", "fetching"} & set(activities)
+
+
+def test_a_table_has_a_frame_per_period_and_a_limit_of_rows(tmp_path: Path) -> None:
+    recording = regatta.read(record(tmp_path))
+    assert recording.to_polars(every=1.0)["tick"].unique().to_list() == [0, 10, 20, 30, 40, 50]
+    assert recording.to_polars(every=0.25)["tick"].unique().to_list()[:5] == [0, 3, 5, 8, 10]
+    assert len(recording.to_pandas(every=1.0, rows=24)) == 24
+    with pytest.raises(regatta.ReadError, match=r"run\.mcap has more than 23 rows; give every="):
+        recording.to_pandas(every=1.0, rows=23)
+    for wrong in (0.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match="give a positive number of seconds"):
+            recording.to_pandas(every=wrong)
+
+
+def test_the_text_of_a_recording_names_its_file(tmp_path: Path) -> None:
+    path = record(tmp_path)
+    with regatta.read(path) as recording:
+        assert repr(recording) == f"<regatta.Recording: '{path}'>"
+    assert repr(recording) == f"<regatta.Recording: '{path}', closed>"
+
+
+def test_a_replay_ends_when_nothing_refers_to_the_recording(tmp_path: Path) -> None:
+    path = record(tmp_path)
+    recording = regatta.read(path)
+    assert len(replays(path)) == 1
+    del recording
+    gc.collect()
+    eventually("no replay", lambda: not replays(path) or None)
+    for frame in regatta.read(path):
+        break
+    gc.collect()
+    eventually("no replay", lambda: not replays(path) or None)
+    assert len(frame) == 4, "what was read stays readable"
+
+
+@pytest.mark.parametrize("end", ["", "raise RuntimeError('mine')", "import sys; sys.exit(3)"])
+def test_a_replay_ends_with_the_program(end: str, tmp_path: Path) -> None:
+    path = record(tmp_path)
+    code = f"import regatta\nrecording = regatta.read({str(path)!r})\nframes = iter(recording)\nnext(frames)\n{end}\n"
+    program = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert program.returncode == {"": 0, "r": 1, "i": 3}[end[:1]], program.stderr
+    assert ("mine" in program.stderr) == ("mine" in end)
+    eventually("no replay", lambda: not replays(path) or None)
