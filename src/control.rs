@@ -7,6 +7,7 @@ use regatta_plugin::frame::ClockState;
 use regatta_plugin::{Control, ControlError, FleetName};
 use serde_json::{Value, json};
 
+use crate::activities::{Activities, RobotCounts};
 use crate::facilities::{Facility, facilities};
 use crate::failure::Failure;
 use crate::output::show;
@@ -31,7 +32,8 @@ pub fn status(json: bool, target: &Target) -> Result<(), Failure> {
         println!("{value}");
         return Ok(());
     }
-    println!("{}", status_line(&status));
+    let activities = Activities::join(&target.fleet)?.wait_for_run(status.run_id)?;
+    println!("{}", status_line(&status, activities));
     for facility in &facilities {
         show(facility.line() + "\n");
     }
@@ -44,7 +46,8 @@ pub fn send(
     request: impl FnOnce(&mut Control) -> Result<ControlResponse, ControlError>,
 ) -> Result<(), Failure> {
     let status = request(&mut Control::open(&target.fleet)?)?;
-    println!("{}", status_line(&status));
+    let activities = Activities::join(&target.fleet)?.wait_for_run(status.run_id)?;
+    println!("{}", status_line(&status, activities));
     Ok(())
 }
 
@@ -53,15 +56,14 @@ pub fn is_paused(status: &ControlResponse) -> bool {
     status.clock == ClockState::Paused as u32
 }
 
-/// Formats the status of a fleet in one line.
-pub fn status_line(status: &ControlResponse) -> String {
-    let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
+/// Formats the status of a fleet in one line: with the activities of its robots if they are known,
+/// else with their states.
+pub fn status_line(status: &ControlResponse, activities: Option<RobotCounts>) -> String {
+    let robots = activities.map_or_else(|| states(status), |robots| robots.in_words());
     let clock = if is_paused(status) { "  paused" } else { "" };
     let owner = status.owner().map_or_else(String::new, |owner| format!("  moved by {owner}"));
     format!(
-        "t {:.2} s{clock}  rtf {:.2}  robots {} (driving {driving}, turning {turning}, \
-         idle {idle}, waiting {waiting}, held {held}, stalled {stalled}, broken {broken}, \
-         faulted {faulted})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
+        "t {:.2} s{clock}  rtf {:.2}  robots {} ({robots})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
         status.sim_time_nanos as f64 * 1e-9,
         status.real_time_factor,
         status.robots,
@@ -69,6 +71,14 @@ pub fn status_line(status: &ControlResponse) -> String {
         status.tick_cost_p99_nanos as f64 * 1e-6,
         status.late_ticks,
     ) + &owner
+}
+
+fn states(status: &ControlResponse) -> String {
+    let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
+    format!(
+        "driving {driving}, turning {turning}, idle {idle}, waiting {waiting}, held {held}, \
+         stalled {stalled}, broken {broken}, faulted {faulted}"
+    )
 }
 
 /// Formats the status of a fleet as JSON.

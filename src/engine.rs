@@ -133,9 +133,7 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
              to a file"
         );
     }
-    for warning in &scenario.warnings {
-        regatta_plugin::tell!("regatta: {warning}");
-    }
+    scenario::tell_warnings(&scenario);
     let warm_up = args.warm_up_with.map_or_else(WarmUp::default, |plugins| WarmUp {
         duration: args.options.warm_up(&scenario),
         plugins,

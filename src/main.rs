@@ -2,6 +2,7 @@
 //! child processes of this same binary. Each subcommand has a file of its own, which only connects
 //! the command line to the crate that does the work.
 
+mod activities;
 mod cli;
 mod command;
 mod control;

@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use regatta_base::file;
 use regatta_layout::traffic::{Certificate, MainPart, RobotType};
-use regatta_layout::{NodeIndex, ReadOptions, Role, RouteGraph};
-use regatta_scenario::{default_scenario, limits};
+use regatta_layout::{FindingKind, Findings, NodeIndex, ReadOptions, Role, RouteGraph};
+use regatta_scenario::{Warnings, default_scenario, limits};
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
 use crate::output::{Force, check_file, quoted, unwritable, with_plural, write_file};
+use crate::scenario::wanted_warnings;
 use crate::trust;
 
 /// The most edges of a layout whose traffic is examined, which takes some seconds then.
@@ -85,7 +86,7 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
         // A user who can't be remembered is asked.
         let _ = trust::remember(&folder);
     }
-    print_summary(&folder, &graph, findings.warnings());
+    print_summary(&folder, &graph, findings);
     Ok(())
 }
 
@@ -95,12 +96,16 @@ fn stem(name: &str) -> &str {
     name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("plant")
 }
 
-fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
+fn print_summary(folder: &Path, graph: &RouteGraph, findings: Findings) {
     let folder = folder.display();
-    let warnings = with_plural(warnings, "warning");
-    println!("{folder}: {}; {warnings} (`regatta graph check` lists them)", counts(graph));
-    for limit in limits(graph) {
-        println!("{folder}: {limit}");
+    let count = with_plural(findings.warnings(), "warning");
+    println!("{folder}: {}; {count}", counts(graph));
+    let of_scenario = limits(graph).into_iter().map(|limit| format!("{folder}: {limit}")).collect();
+    // The robots of the new scenario turn on the spot.
+    let of_layout = findings.without(FindingKind::TurnsAtNodes);
+    let warnings = Warnings { of_scenario, of_layout };
+    for line in warnings.told(wanted_warnings()) {
+        println!("{line}");
     }
     println!("regatta run {folder}/scenario.yaml");
 }

@@ -12,12 +12,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use regatta_layout::MAX_FILE_BYTES;
+use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 use regatta_scenario::{PluginCommand, Scenario, Viewer};
 use regatta_vda5050::broker::BrokerUrl;
 use serde_json::json;
 use tempfile::NamedTempFile;
 
+use crate::activities::Activities;
 use crate::arguments::Time;
 use crate::day::DayArgs;
 use crate::engine::EngineOptions;
@@ -366,6 +368,18 @@ fn is_over(opening: &Opening, limit: Option<Duration>) -> bool {
     limit.zip(opening.warm_since()).is_some_and(|(limit, since)| since.elapsed() >= limit)
 }
 
+/// Formats the line of a status.
+fn line(
+    status: &ControlResponse,
+    activities: &mut Activities,
+    args: &RunArgs,
+) -> Result<String, Failure> {
+    Ok(match args.json {
+        true => control::status_json(status),
+        false => control::status_line(status, activities.of_run(status.run_id)?),
+    })
+}
+
 /// Prints a status line per second until the run is over; returns whether it is a success.
 fn watch(
     supervisor: &mut Supervisor,
@@ -376,8 +390,8 @@ fn watch(
 ) -> Result<bool, Failure> {
     let started = Instant::now();
     let limit = args.time_limit.map(|Time(limit)| limit);
-    let format = if args.json { control::status_json } else { control::status_line };
     let mut control = Control::open(&args.options.fleet)?;
+    let mut activities = Activities::join(&args.options.fleet)?;
     let mut answered = false;
     let mut next_line = started;
     let mut success = true;
@@ -395,7 +409,7 @@ fn watch(
                 Ok(status) => {
                     opening.open_if_warm(&status, supervisor)?;
                     if opening.warm_since().is_some() {
-                        println!("{}", format(&status));
+                        println!("{}", line(&status, &mut activities, args)?);
                     }
                 }
                 // Either the engine has ended, which the next iteration reports, or the next
@@ -428,6 +442,10 @@ fn this_program() -> Result<Command, Failure> {
 
 fn engine_command(args: &RunArgs) -> Result<Command, Failure> {
     let mut command = this_program()?;
+    // The engine tells the warnings about the scenario.
+    if scenario::is_verbose() {
+        command.arg("-v");
+    }
     if let Some(vehicles) = &args.vehicles {
         let (fleet, layout) = (&args.options.fleet, &args.options.layout);
         command.args(["vda5050", "vehicles"]).args(&args.scenario);

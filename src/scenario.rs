@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use regatta_scenario::{Overrides, Scenario, ScenarioError};
+use regatta_scenario::{Overrides, Scenario, ScenarioError, Told};
 
 use crate::output::STANDARD_STREAM;
 use crate::progress::Progress;
@@ -37,6 +37,23 @@ pub const STANDARD_INPUT: &str = "standard input";
 /// Whether a path stands for standard input.
 pub fn is_standard_input(path: Option<&Path>) -> bool {
     path == Some(Path::new(STANDARD_STREAM))
+}
+
+/// The warnings that the user wants: all with `-v`.
+pub fn wanted_warnings() -> Told {
+    if is_verbose() { Told::All } else { Told::MostImportant }
+}
+
+/// Whether the user gave `-v`.
+pub fn is_verbose() -> bool {
+    tracing::enabled!(tracing::Level::INFO)
+}
+
+/// Prints the warnings about a scenario that the user wants.
+pub fn tell_warnings(scenario: &Scenario) {
+    for warning in scenario.warnings.told(wanted_warnings()) {
+        regatta_plugin::tell!("regatta: {warning}");
+    }
 }
 
 /// Reads the scenario in the file at `path`, or a built-in demo if `path` is `None`, and checks the

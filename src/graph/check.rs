@@ -5,11 +5,11 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use regatta_base::yaml;
-use regatta_layout::{FileText, Finding, Findings, GraphError};
+use regatta_layout::{Detail, FileText, Finding, Findings, GraphError};
 use regatta_orders::{Load, Places};
 use regatta_plugin::{Frame, Plugin, World};
 use regatta_run::Run;
-use regatta_scenario::{Overrides, Scenario, ScenarioError, is_scenario};
+use regatta_scenario::{Overrides, Scenario, ScenarioError, Warnings, is_scenario};
 use serde_json::{Value, json};
 
 use super::FileArgs;
@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::output::{show, with_plural};
 use crate::progress::Progress;
 use crate::run::LOAD;
-use crate::scenario::viewer_args;
+use crate::scenario::{is_verbose, viewer_args};
 
 /// The result of a check.
 struct Checked {
@@ -79,10 +79,17 @@ fn check_scenario(
             let content = Some(format!("{robots} on {edges}"));
             let robot = traffic.robot_of(&scenario)?;
             let traffic = robot.map(|robot| Traffic::new(&scenario.graph, robot));
-            let scenario_warnings = scenario.warnings.clone();
+            let Warnings { of_scenario, of_layout } = scenario.warnings.clone();
             let start_error = start_error(scenario, file);
             let content = content.filter(|_| start_error.is_none());
-            Ok(Checked { content, scenario_warnings, start_error, traffic, ..checked })
+            Ok(Checked {
+                content,
+                findings: of_layout,
+                scenario_warnings: of_scenario,
+                start_error,
+                traffic,
+                ..checked
+            })
         }
         Err(ScenarioError::Graph(GraphError::Invalid(findings))) => {
             Ok(Checked { findings, ..checked })
@@ -125,6 +132,11 @@ impl Plugin for LoadReader<'_> {
     }
 }
 
+/// The detail in which findings are listed: with `-v`, things that aren't used have a line each.
+fn detail() -> Detail {
+    if is_verbose() { Detail::Each } else { Detail::Grouped { most: usize::MAX } }
+}
+
 impl Checked {
     fn route_graph(content: Option<String>, findings: Findings) -> Self {
         Self {
@@ -147,13 +159,13 @@ impl Checked {
         self.findings.warnings() + self.scenario_warnings.len()
     }
 
-    /// Formats every finding and a summary line.
+    /// Formats the findings, the most important first, and a summary line.
     fn text(&self, file: &str) -> String {
         let mut lines: Vec<String> =
-            self.findings.as_slice().iter().map(Finding::to_string).collect();
-        lines.extend(self.scenario_error.iter().map(ScenarioError::to_string));
+            self.scenario_error.iter().map(ScenarioError::to_string).collect();
         lines.extend(self.start_error.iter().cloned());
         lines.extend(self.scenario_warnings.iter().cloned());
+        lines.extend(self.findings.told(detail()));
         let listed = self.findings.as_slice().len();
         let unlisted = self.findings.errors() + self.findings.warnings() - listed;
         if unlisted > 0 {

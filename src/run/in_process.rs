@@ -15,6 +15,7 @@ use serde_json::json;
 use super::{FLEET_MANAGER, LoadFile, RunArgs};
 use crate::failure::Failure;
 use crate::plugin;
+use crate::scenario::tell_warnings;
 use crate::study::observers::{Observed, Observers};
 
 /// The name of the plugin that publishes the traffic, which is among the results.
@@ -28,9 +29,7 @@ pub fn run(
     args: &RunArgs,
     termination: &Termination,
 ) -> Result<ExitCode, Failure> {
-    for warning in &scenario.warnings {
-        regatta_plugin::tell!("regatta: {warning}");
-    }
+    tell_warnings(&scenario);
     let ticks = args.ticks(&scenario).unwrap_or_default();
     let load = LoadFile::of(args, &scenario)?;
     let mut observers = Observers::new(true);

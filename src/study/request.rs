@@ -22,6 +22,7 @@ use super::StudyArgs;
 use crate::arguments::Time;
 use crate::day::{DayArgs, Resample, places};
 use crate::failure::Failure;
+use crate::scenario::wanted_warnings;
 use crate::{trust, version};
 
 /// The shortest and the longest run, in seconds.
@@ -274,7 +275,7 @@ fn variants(
     for variant in &variants {
         variant.check(args.rate)?;
     }
-    for warning in left_out(&variants) {
+    for warning in left_out(&variants).into_iter().chain(warnings(&variants)) {
         regatta_plugin::tell!("{warning}");
     }
     Ok(variants)
@@ -292,6 +293,17 @@ fn left_out(variants: &[Variant]) -> BTreeSet<String> {
         }
     }
     warnings
+}
+
+/// Returns the warnings about the layouts and scenarios of variants that the user wants, each once.
+fn warnings(variants: &[Variant]) -> Vec<String> {
+    let mut told = Vec::new();
+    for line in variants.iter().flat_map(|variant| variant.warnings.told(wanted_warnings())) {
+        if !told.contains(&line) {
+            told.push(line);
+        }
+    }
+    told
 }
 
 /// Names the first variant, unless it has a name.

@@ -27,8 +27,6 @@ pub struct VehiclesArgs {
 pub fn run(args: &VehiclesArgs) -> Result<(), Failure> {
     let overrides = Overrides { layout: args.layout.options(), ..Overrides::default() };
     let scenario = scenario::load(Some(&args.plant), Demo::Unmanaged, &overrides)?;
-    for warning in &scenario.warnings {
-        regatta_plugin::tell!("regatta: {warning}");
-    }
+    scenario::tell_warnings(&scenario);
     master::run(scenario_world(&scenario), &args.options).map_err(plugin_failure)
 }

@@ -260,6 +260,49 @@ fn a_load_with_a_file_of_orders_is_checked_as_it_runs() {
     assert_eq!((message.lines().count(), output.stdout.is_empty()), (1, true), "{message}");
 }
 
+/// The lines of warnings about a layout that a command prints.
+fn warnings(command: &mut std::process::Command) -> Vec<String> {
+    let output = command.output().expect("it starts");
+    let printed = [text(&output.stdout), text(&output.stderr)].concat();
+    let is_warning = |line: &&str| line.contains("not used") || line.contains("warning: ");
+    printed.lines().filter(is_warning).map(str::to_owned).collect()
+}
+
+#[test]
+fn warnings_of_results_come_first_and_unused_keys_share_the_last_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let layout = graphs("imported/open-rmf/battle_royale.building.yaml");
+    let fleet = format!("warnings-{}", std::process::id());
+    let run = ["--ticks", "1", "--speed", "max", "--fleet", &fleet];
+    for (command, options) in
+        [(&["graph", "check"][..], &[][..]), (&["new"], &[]), (&["engine"], &run)]
+    {
+        let mut process = regatta();
+        process.args(command).arg(&layout).args(options).current_dir(folder.path());
+        let lines = warnings(&mut process);
+        let (first, last) = (&lines[0], &lines[lines.len() - 1]);
+        assert!(first.contains("40 edges have no speed limit"), "{command:?}: {lines:?}");
+        assert!(last.contains("10 keys not used: ") && last.ends_with("; -v names each"), "{last}");
+        assert!(lines.len() <= 3, "{command:?}: {lines:?}");
+        let folder = folder.path().join("battle_royale");
+        let _ = std::fs::remove_dir_all(folder);
+        let lines = warnings(process.arg("-v"));
+        let unused = lines.iter().filter(|line| line.contains(": not used")).count();
+        assert_eq!(unused, 10, "{command:?}: {lines:?}");
+    }
+}
+
+#[test]
+fn json_has_every_unused_key() {
+    for name in ["imported/opentcs/Demo-01.xml", "imported/open-rmf/battle_royale.building.yaml"] {
+        let output = regatta_graph(&["check", "--json"], Some(&graphs(name)));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let findings = json["findings"].as_array().expect("findings");
+        assert_eq!(json["warnings"], findings.len(), "{json}");
+        assert!(findings.iter().any(|one| one["message"].to_string().contains("not used")));
+    }
+}
+
 #[test]
 fn check_prints_json() {
     let folder = tempfile::tempdir().expect("a folder");

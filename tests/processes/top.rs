@@ -93,6 +93,22 @@ fn top_responds_to_keys_while_the_engine_is_stopped() {
 }
 
 #[test]
+fn the_end_of_input_is_no_key() {
+    let fleet = Fleet::start("top-input-ends", "thirty.yaml", &[]);
+    let top = top(&fleet.name);
+    top.shows("● running");
+    // Programs such as `script` send one of these at the end of their input.
+    top.press("\0\x04");
+    // The answer shows that the keys before were read.
+    top.press("?");
+    top.shows("pause or resume");
+    fleet.let_ticks_pass(10);
+    assert_eq!(fleet.status()["clock"], "running");
+    top.press("q");
+    assert_eq!(top.finish().code(), Some(0));
+}
+
+#[test]
 fn sigterm_restores_the_terminal() {
     let fleet = Fleet::start("top-sigterm", "thirty.yaml", &[]);
     let top = top(&fleet.name);

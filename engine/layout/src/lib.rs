@@ -41,6 +41,7 @@ pub use model::spline::Handles;
 pub use model::tags::{
     BackgroundLine, OTHER_VEHICLE_TYPES, Orientation, Role, Station, Tags, VEHICLE_TYPES,
 };
+pub use model::told::Detail;
 pub use model::zones::{Zone, ZoneRule};
 pub use read::encoding::{FileText, SourceText};
 pub use read::file::{BackgroundError, GraphError, MAX_FILE_BYTES, read_file, read_stream};

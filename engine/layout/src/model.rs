@@ -15,6 +15,7 @@ pub(crate) mod raw;
 pub(crate) mod route_graph;
 pub mod spline;
 pub mod tags;
+pub(crate) mod told;
 pub(crate) mod value;
 pub(crate) mod values;
 pub mod zones;

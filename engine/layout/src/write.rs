@@ -39,7 +39,35 @@ impl Losses {
 
     /// Returns one line for each kind of loss.
     fn into_lines(self) -> Vec<String> {
-        self.0.into_iter().map(|(message, count)| format!("{count} {message}")).collect()
+        let lines = self.0.into_iter().map(|(message, count)| match count {
+            1 => format!("1 {}", singular(&message)),
+            count => format!("{count} {message}"),
+        });
+        lines.collect()
+    }
+}
+
+/// Returns a message about one thing, given one about several: its noun ends in `s`, and is its
+/// first or second word; a verb may follow.
+fn singular(message: &str) -> String {
+    let mut words: Vec<&str> = message.split(' ').collect();
+    let is_plural = |word: &&str| word.trim_end_matches(':').ends_with('s');
+    let Some(noun) = words.iter().take(2).position(is_plural) else { return message.to_owned() };
+    let without_s = words[noun].replacen("s:", ":", 1);
+    words[noun] = without_s.strip_suffix('s').unwrap_or(&without_s);
+    if let Some(verb) = words.get_mut(noun + 1) {
+        *verb = singular_verb(verb);
+    }
+    words.join(" ")
+}
+
+fn singular_verb(verb: &str) -> &str {
+    match verb {
+        "have" => "has",
+        "are" => "is",
+        "prescribe" => "prescribes",
+        "allow" => "allows",
+        other => other,
     }
 }
 

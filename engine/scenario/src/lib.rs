@@ -29,6 +29,7 @@ mod places;
 mod read;
 mod resolve;
 mod robot_type;
+mod warnings;
 pub mod yaml;
 
 use std::collections::BTreeMap;
@@ -44,6 +45,7 @@ pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use robot_type::{Battery, ChargeRange, RobotType, Shape};
 use serde::de::{DeserializeOwned, IgnoredAny};
+pub use warnings::{Told, Warnings};
 pub use yaml::{Breakdowns, Disturbances, PluginCommand, Repeat, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
@@ -76,8 +78,8 @@ pub struct Scenario {
     pub viewer: Viewer,
     /// The text, for the sections that belong to others.
     pub source: Source,
-    /// Warnings about the scenario and its graph, one line each.
-    pub warnings: Vec<String>,
+    /// Warnings about the scenario and its graph.
+    pub warnings: Warnings,
     /// The parts of these warnings that results rest on: speeds, edges, or who drives on them are
     /// others than the layout's file says, or it doesn't say them.
     pub assumptions: Vec<String>,

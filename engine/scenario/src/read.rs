@@ -15,10 +15,8 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use super::default_scenario::{default_scenario, limits};
 use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, explain, is_misspelt};
 use super::yaml::{LayoutEntry, ScenarioFile};
-use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
+use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, Warnings, resolve};
 
-/// The largest number of warnings about the layout of a scenario.
-const MAX_WARNINGS: usize = 20;
 /// The largest number of assumptions of a layout that are told.
 const MAX_ASSUMPTIONS: usize = 6;
 
@@ -67,7 +65,7 @@ impl Scenario {
         }
         let mut scenario = Self::of_scenario(text, name, overrides)?;
         if let Some((line, message)) = source.doubt() {
-            scenario.warnings.push(format!("{}:{line}: {message}", name.display()));
+            scenario.warnings.of_scenario.push(format!("{}:{line}: {message}", name.display()));
         }
         Ok(scenario)
     }
@@ -130,12 +128,14 @@ impl Scenario {
             .ok_or_else(|| source.invalid("entries", "no map size".to_owned()))?;
         let scenario =
             moving_ai::scenario_yaml(&entries, &first.map, &graph, columns, entries.len());
-        let parsed = Self::parse(&scenario.text, name, overrides, |_, _| Ok((graph, findings)))?;
+        let mut parsed =
+            Self::parse(&scenario.text, name, overrides, |_, _| Ok((graph, findings)))?;
         let skipped = scenario
             .skipped
             .into_iter()
             .map(|entry| format!("{}: {entry}: left out", name.display()));
-        Ok(Self { warnings: parsed.warnings.into_iter().chain(skipped).collect(), ..parsed })
+        parsed.warnings.of_scenario.extend(skipped);
+        Ok(parsed)
     }
 
     /// Makes a scenario up for a layout.
@@ -149,11 +149,11 @@ impl Scenario {
         let file = name.file_name().unwrap_or_default().to_string_lossy();
         let text = default_scenario(&graph, &file, &overrides.layout);
         let limits = limits(&graph);
-        let scenario = Self::parse(&text, name, overrides, |_, _| Ok((graph, findings)))?;
+        let mut scenario = Self::parse(&text, name, overrides, |_, _| Ok((graph, findings)))?;
         let of_fleet =
             limits.into_iter().map(|limit| format!("{}: warning: {limit}", name.display()));
-        let warnings = of_fleet.chain(scenario.warnings).collect();
-        Ok(Self { is_default: true, warnings, ..scenario })
+        scenario.warnings.of_scenario.splice(..0, of_fleet);
+        Ok(Self { is_default: true, ..scenario })
     }
 
     fn parse(
@@ -170,27 +170,13 @@ impl Scenario {
         let (graph, findings) = read_graph(&file.graph, &options)?;
         let scenario = resolve::resolve(file, source, graph, overrides)?;
         let all_turn = scenario.robot_types.iter().all(|kind| kind.max_rotation_speed > 0.0);
-        let mut warnings = warnings_of_layout(&findings, all_turn);
-        warnings.extend(scenario.warnings);
-        Ok(Scenario { warnings, assumptions: assumptions_of_layout(&findings), ..scenario })
+        let assumptions = assumptions_of_layout(&findings);
+        // If all robots can turn on the spot, warnings of turns at nodes don't matter.
+        let of_layout =
+            if all_turn { findings.without(FindingKind::TurnsAtNodes) } else { findings };
+        let warnings = Warnings { of_layout, ..scenario.warnings };
+        Ok(Scenario { warnings, assumptions, ..scenario })
     }
-}
-
-/// Returns the first warnings about the layout, and the number of the others. If all robots can
-/// turn on the spot, those about turns at nodes don't matter.
-fn warnings_of_layout(findings: &Findings, all_turn: bool) -> Vec<String> {
-    let relevant = findings
-        .as_slice()
-        .iter()
-        .filter(|finding| !(all_turn && finding.kind == FindingKind::TurnsAtNodes));
-    let mut warnings: Vec<String> =
-        relevant.clone().take(MAX_WARNINGS).map(ToString::to_string).collect();
-    let mut others = relevant.skip(MAX_WARNINGS);
-    if let Some(first) = others.next() {
-        let (file, count) = (&first.file, others.count() + 1);
-        warnings.push(format!("{file}: {count} more warnings: `regatta graph check` lists them"));
-    }
-    warnings
 }
 
 /// Returns the first assumptions of reading the layout, and the number of the others.
@@ -354,26 +340,5 @@ mod tests {
         {
             assert!(is_layout(text), "{text}");
         }
-    }
-
-    #[test]
-    fn a_layout_with_many_warnings_has_some_of_them_and_their_number() {
-        // Each edge has a curve that doesn't end at its node.
-        let edges: String = (1..=30)
-            .map(|id| format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, CurveType: Bezier, VelocityForward: 1, ControlPoints: [[0, 0], [1, 0], [2, 0], [3, 0]]}}\n"))
-            .collect();
-        let layout = format!(
-            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 4, Y: 0, Theta: 0}}\nEdges:\n{edges}"
-        );
-        let scenario = Scenario::from_texts(
-            "graph: g.yaml\nrobots: [{node: 1}]\n",
-            &layout,
-            Path::new("s.yaml"),
-            &Overrides::default(),
-        )
-        .expect("a scenario");
-        assert_eq!(scenario.warnings.len(), MAX_WARNINGS + 1, "{:?}", scenario.warnings);
-        let last = scenario.warnings.last().expect("a warning");
-        assert!(last.contains(" more warnings: `regatta graph check` lists them"), "{last}");
     }
 }

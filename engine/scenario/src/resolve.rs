@@ -20,7 +20,7 @@ use super::yaml::{
 };
 use super::{
     MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario, ScenarioError,
-    Source, Start,
+    Source, Start, Warnings,
 };
 
 /// The range of ticks per simulated second.
@@ -67,7 +67,7 @@ pub(super) fn resolve(
         larger_unused_type(&groups, &robot_types),
         no_charger(&groups, &robot_types, &graph),
     ];
-    let warnings = warnings
+    let of_scenario = warnings
         .into_iter()
         .flatten()
         .chain(lacking_places(&graph).difference(&lacking_before).cloned())
@@ -86,7 +86,7 @@ pub(super) fn resolve(
         plugins,
         viewer: file.viewer,
         source,
-        warnings,
+        warnings: Warnings { of_scenario, ..Warnings::default() },
         assumptions: Vec::new(),
         is_default: false,
     })

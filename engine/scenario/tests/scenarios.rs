@@ -285,13 +285,17 @@ fn a_publish_rate_that_does_not_divide_the_rate_is_rounded_with_a_warning() {
         read("rate: 100\npublish_rate: 40\nrobots: [{node: 1}]").expect("a valid scenario");
     assert_eq!(scenario.ticks_per_frame, 3);
     assert!(
-        scenario.warnings.iter().any(|warning| warning.contains("33.333 frames per second")),
+        scenario
+            .warnings
+            .of_scenario
+            .iter()
+            .any(|warning| warning.contains("33.333 frames per second")),
         "{scenario:?}"
     );
     let scenario =
         read("rate: 100\npublish_rate: 50\nrobots: [{node: 1}]").expect("a valid scenario");
     assert!(
-        !scenario.warnings.iter().any(|warning| warning.contains("publish_rate")),
+        !scenario.warnings.of_scenario.iter().any(|warning| warning.contains("publish_rate")),
         "{scenario:?}"
     );
 }
@@ -403,7 +407,7 @@ fn robots_that_start_where_they_cannot_work_are_named() {
     let warnings = |robots: &str| {
         let text = format!("graph: g.yaml\nrobots: [{robots}]\n");
         let read = Scenario::from_texts(&text, PARTS, Path::new("s.yaml"), &Overrides::default());
-        read.expect(robots).warnings
+        read.expect(robots).warnings.of_scenario
     };
     let cut_off = |robots: &str| {
         warnings(robots)
@@ -425,7 +429,7 @@ fn a_larger_robot_type_that_no_robot_has_is_told() {
     let warnings = |types: &str| {
         let text = format!("graph: g.yaml\nrobots: [{{node: 1}}]\nrobot_types: [{types}]\n");
         let read = Scenario::from_texts(&text, PARTS, Path::new("s.yaml"), &Overrides::default());
-        read.expect(types).warnings
+        read.expect(types).warnings.of_scenario
     };
     let small = "{name: small, length: 0.9, width: 0.6}";
     let told = warnings(&format!("{small}, {{name: big, length: 2, width: 0.6}}"));

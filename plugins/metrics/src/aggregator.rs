@@ -185,6 +185,7 @@ fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
     Run {
         run_id: header.run_id,
         tick: header.tick,
+        frames: header.sequence,
         sim_time: Duration::from_nanos(header.sim_time_nanos),
         wall_time: Duration::from_nanos(header.wall_time_nanos),
         clock: clock(header),

@@ -88,6 +88,8 @@ pub struct Run {
     pub run_id: u64,
     /// Number of ticks since the start.
     pub tick: u64,
+    /// Number of frames published since the start.
+    pub frames: u64,
     /// Simulated time since the start.
     pub sim_time: Duration,
     /// Time at which the newest frame was published, since the Unix epoch.

@@ -33,6 +33,7 @@ pub fn snapshot() -> Snapshot {
         run: Some(Run {
             run_id: 0xfeed,
             tick: 123_456,
+            frames: 61_728,
             sim_time: Duration::from_millis(1_234_560),
             wall_time: Duration::from_secs(1_700_000_000),
             clock: ClockState::Running,

@@ -164,6 +164,8 @@ impl Input {
         let listed = view.snapshot.collisions.list.len();
         match key.code {
             KeyCode::Char('c') if control => self.ended = true,
+            // The end of the input of a pseudo-terminal arrives as Ctrl-D or Ctrl-Space.
+            _ if control => {}
             KeyCode::Esc if view.help => view.help = false,
             KeyCode::Char('q') | KeyCode::Esc => self.ended = true,
             KeyCode::Char('?' | 'h') => view.help = !view.help,

@@ -42,14 +42,19 @@ fn worst_hour(peaks: &PeaksAnswer, hour: &HourAnswer) -> String {
     )
 }
 
+fn orders_in_words(orders: &Spread) -> String {
+    let orders = count(orders);
+    if orders == "1" { "1 order is".to_owned() } else { format!("{orders} orders are") }
+}
+
 /// Tells the largest backlog and the times until it is cleared.
 fn backlog(peaks: &PeaksAnswer) -> String {
     let BacklogAnswer { largest, .. } = &peaks.backlog;
     let BacklogAnswer { cleared_after_largest_secs: peak, cleared_after_last_secs: last, .. } =
         &peaks.backlog;
     let mut text = format!(
-        "At most {} orders are open at once{}",
-        count(largest),
+        "At most {} open at once{}",
+        orders_in_words(largest),
         if largest.least < largest.most {
             format!(" ({} to {} over the seeds)", largest.least, largest.most)
         } else {

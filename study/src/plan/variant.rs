@@ -10,7 +10,7 @@ use std::sync::Arc;
 use regatta_layout::traffic::{self, Turning};
 use regatta_layout::{Format, ReadOptions, Role, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
-use regatta_scenario::{MadeUpLoad, Overrides, Scenario};
+use regatta_scenario::{MadeUpLoad, Overrides, Scenario, Warnings};
 use serde::{Deserialize, Serialize};
 
 use super::scenario::{Breakdowns, Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
@@ -41,6 +41,8 @@ pub struct Variant {
     pub other_stops: Option<String>,
     /// The assumptions of reading the layout, in words.
     pub assumptions: Vec<String>,
+    /// The warnings about the layout and its scenario.
+    pub warnings: Warnings,
     /// The whole layout.
     whole: Arc<RouteGraph>,
     /// The files of the fleet manager that a study doesn't read, in words.
@@ -123,6 +125,7 @@ impl Variant {
             left_out_stops: BTreeSet::new(),
             other_stops: None,
             assumptions: read.assumptions,
+            warnings: read.warnings,
             whole: read.graph,
             unread: unread_files(&plugins),
             manager: Manager::BuiltIn(kept_arguments(&plugins)),

@@ -98,11 +98,14 @@ pub(super) fn is_matching(context: &PanelContext<'_>, robot: u32) -> bool {
     })
 }
 
+/// The choice of robots of any activity.
+const ANY: &str = "any activity";
+
 fn state(ui: &mut Ui, filter: &mut Filter) {
-    let name = filter.state.map_or("any state", RobotState::name);
-    let combo = ComboBox::from_id_salt("filter state").selected_text(name).width(84.0);
-    style::choice(ui, "filter: state", combo, |ui| {
-        ui.selectable_value(&mut filter.state, None, "any state");
+    let name = filter.state.map_or(ANY, RobotState::name);
+    let combo = ComboBox::from_id_salt("filter activity").selected_text(name).width(84.0);
+    style::choice(ui, "filter: activity", combo, |ui| {
+        ui.selectable_value(&mut filter.state, None, ANY);
         for state in STATES {
             ui.selectable_value(&mut filter.state, Some(state), state.name());
         }

@@ -28,6 +28,9 @@ pub enum FindingKind {
     /// Speeds, edges, or who drives on them are others than the file says, or it doesn't say them:
     /// results rest on it.
     Assumption,
+    /// The file has a key, a property or another name, between backticks in the message, that isn't
+    /// used.
+    Unused,
 }
 
 /// The part of the file that a finding is about.
@@ -129,10 +132,26 @@ impl Findings {
         self.warnings
     }
 
+    /// Returns the findings without those of a kind.
+    #[must_use]
+    pub fn without(mut self, kind: FindingKind) -> Self {
+        for severity in self.list.extract_if(.., |finding| finding.kind == kind).map(severity_of) {
+            match severity {
+                Severity::Error => self.errors -= 1,
+                Severity::Warning => self.warnings -= 1,
+            }
+        }
+        self
+    }
+
     /// Returns the first error by line.
     pub fn first_error(&self) -> Option<&Finding> {
         self.list.iter().find(|finding| finding.severity == Severity::Error)
     }
+}
+
+fn severity_of(finding: Finding) -> Severity {
+    finding.severity
 }
 
 impl<'text> Report<'text> {

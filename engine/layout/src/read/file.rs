@@ -9,7 +9,7 @@ use regatta_base::yaml;
 pub(crate) use regatta_base::yaml::MAX_ENTRIES;
 
 use super::encoding::{FileText, NotText, decode};
-use crate::model::finding::{Findings, Report};
+use crate::model::finding::{FindingKind, Findings, Report, Severity, Subject};
 use crate::model::value::shorten;
 
 /// The size of the largest file that is read, in bytes.
@@ -200,31 +200,50 @@ pub(crate) fn too_large(name: &str) -> GraphError {
 /// The kinds of content that a reader ignores.
 #[derive(Debug, Default)]
 pub(crate) struct Ignored {
-    /// The byte offset of the first thing of a kind, and their number.
-    kinds: BTreeMap<String, (u32, usize)>,
+    /// The things by their kind in words.
+    kinds: BTreeMap<String, Count>,
+}
+
+/// The things of a kind that a reader ignores.
+#[derive(Debug)]
+struct Count {
+    /// The byte offset of the first one.
+    at: u32,
+    things: usize,
+    kind: FindingKind,
 }
 
 impl Ignored {
-    /// Counts a thing of a kind, such as "key `foo` of a node".
-    pub fn add(&mut self, at: u32, kind: impl Into<String>) {
-        let kind = kind.into();
-        if let Some((_, count)) = self.kinds.get_mut(&kind) {
-            *count += 1;
-        } else if self.kinds.len() < MAX_IGNORED_KINDS {
-            self.kinds.insert(kind, (at, 1));
-        }
+    /// Counts a thing of a kind, such as "entity in paper space".
+    pub fn add(&mut self, at: u32, things: impl Into<String>) {
+        self.count(at, things.into(), FindingKind::General);
+    }
+
+    /// Counts a thing that has a name between backticks and changes nothing, such as "property
+    /// `foo` of a node".
+    pub fn add_named(&mut self, at: u32, things: impl Into<String>) {
+        self.count(at, things.into(), FindingKind::Unused);
     }
 
     /// Counts a key of an owner, such as "a node".
     pub fn add_key(&mut self, at: u32, key: &str, owner: &str) {
-        self.add(at, format!("key `{}` of {owner}", shorten(key)));
+        self.add_named(at, format!("key `{}` of {owner}", shorten(key)));
+    }
+
+    fn count(&mut self, at: u32, things: String, kind: FindingKind) {
+        if let Some(count) = self.kinds.get_mut(&things) {
+            count.things += 1;
+        } else if self.kinds.len() < MAX_IGNORED_KINDS {
+            self.kinds.insert(things, Count { at, things: 1, kind });
+        }
     }
 
     /// Reports a warning for each kind.
     pub fn report(self, report: &mut Report<'_>) {
-        for (kind, (at, count)) in self.kinds {
-            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            report.file_warning(at, format!("{kind}: not used{times}"));
+        for (name, Count { at, things, kind }) in self.kinds {
+            let times = if things == 1 { String::new() } else { format!(" ({things} times)") };
+            let message = format!("{name}: not used{times}");
+            report.add_kind(kind, Severity::Warning, at, Subject::File, message);
         }
     }
 }

@@ -208,7 +208,7 @@ fn ignore_names(sheets: &[Sheet<'_>], context: &mut Context<'_, '_>) {
         {
             let is_own = key == "layoutId" && name.as_deref() == Some(OWN_ID);
             if name.is_some() && name.as_deref() != sheet.level.as_deref() && !is_own {
-                context.ignored.add(sheet.at, format!("key `{key}` of a layout"));
+                context.ignored.add_named(sheet.at, format!("key `{key}` of a layout"));
             }
         }
     }

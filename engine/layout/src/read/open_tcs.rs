@@ -136,7 +136,8 @@ impl Reader<'_, '_> {
         self.vehicles(model);
         for property in model.take_children("property") {
             let name = property.get("name").unwrap_or_default();
-            self.ignored.add(property.at, format!("property `{}` of the model", shorten(name)));
+            self.ignored
+                .add_named(property.at, format!("property `{}` of the model", shorten(name)));
         }
         model.ignore_rest("the model", &mut self.ignored);
         if let Some(ids) = own_ids(&node_owns) {
@@ -302,9 +303,10 @@ impl Reader<'_, '_> {
 
     fn vehicles(&mut self, model: &mut Element<'_>) {
         for mut vehicle in model.take_children("vehicle") {
-            self.ignored.add(vehicle.at, "element `vehicle` of the model");
+            self.ignored.add_named(vehicle.at, "element `vehicle` of the model");
             for (name, _) in self.properties(&mut vehicle, "a vehicle") {
-                self.ignored.add(vehicle.at, format!("property `{}` of a vehicle", shorten(&name)));
+                self.ignored
+                    .add_named(vehicle.at, format!("property `{}` of a vehicle", shorten(&name)));
             }
         }
     }

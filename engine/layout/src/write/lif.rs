@@ -128,7 +128,7 @@ impl<'a> Writer<'a> {
         if self.sheets.len() > 1 {
             self.losses.add_many(
                 nodes.iter().filter(|node| level(node).is_none()).count(),
-                "nodes have no level, although others have one: they are a layout of their own",
+                "nodes have no level, although others have one: in a layout of their own",
             );
         }
         if self.names.nodes.are_names

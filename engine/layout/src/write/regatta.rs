@@ -249,7 +249,7 @@ impl Writer<'_> {
 
     fn quoted(&mut self, text: &str) -> fmt::Result {
         let is_changed = text.trim() != text;
-        self.losses.add_if(is_changed, "texts begin or end with white space, which isn't kept");
+        self.losses.add_if(is_changed, "texts have white space at an end, which isn't kept");
         write!(self.text, "{}", Quoted(text))
     }
 

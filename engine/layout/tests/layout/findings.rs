@@ -1,8 +1,10 @@
 //! Tests each finding about a route graph file, and each way in which a file can't be read as a
 //! route graph.
 
+use std::path::Path;
+
 use regatta_layout::{
-    FindingKind, Format, GraphError, Handles, ReadOptions, Severity, Subject, parse,
+    Detail, FindingKind, Format, GraphError, Handles, ReadOptions, Severity, Subject, parse,
 };
 
 /// Two nodes. Together with [`EDGES`], a graph without findings.
@@ -683,4 +685,18 @@ fn lines_of_the_background_that_cannot_be_drawn_are_told() {
     assert_only(&check(&graph("Line: [[0, 0], [1, 1]], colour: red")), "7 warning", unknown);
     let far = check(&graph("Line: [[0, 0], [1e300, 1]]"));
     assert_only(&far, "1 warning", "1 line of the background beyond ±15000 m: not drawn");
+}
+
+#[test]
+fn unused_keys_of_a_layout_share_the_last_line() {
+    let file = "../../graphs/imported/open-rmf/battle_royale.building.yaml";
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let (_, findings) = regatta_layout::read(&file, &ReadOptions::default()).expect("a layout");
+    let lines = findings.told(Detail::Grouped { most: 20 });
+    assert_eq!(lines.len(), 3, "{lines:?}");
+    assert!(lines[0].contains("40 edges have no speed limit"), "{lines:?}");
+    assert!(lines[2].contains("10 keys not used: ") && lines[2].ends_with("; -v names each"));
+    let each = findings.told(Detail::Each);
+    assert_eq!(each.len(), findings.warnings());
+    assert_eq!(each.iter().filter(|line| line.contains(": not used")).count(), 10);
 }

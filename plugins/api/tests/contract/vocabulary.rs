@@ -13,3 +13,26 @@ fn the_glossary_has_every_activity_with_its_colours() {
         assert!(glossary.contains(&row), "no row begins with {row}");
     }
 }
+
+/// The words of the interface beside the activities.
+const WORDS: [&str; 11] = [
+    "busy",
+    "checker lag",
+    "contact",
+    "cycle",
+    "frame age",
+    "frames",
+    "jitter",
+    "released, planned",
+    "tick cost",
+    "utilisation",
+    "zone",
+];
+
+#[test]
+fn the_glossary_has_the_other_words_of_the_interface() {
+    let glossary = std::fs::read_to_string(GLOSSARY).expect("the glossary");
+    for word in WORDS {
+        assert!(glossary.contains(&format!("| {word} | ")), "no row begins with {word}");
+    }
+}

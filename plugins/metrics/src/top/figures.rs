@@ -1,4 +1,4 @@
-//! Robots by state, and the figures of the run.
+//! Robots by activity or by state, and the figures of the run.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
@@ -11,12 +11,20 @@ use regatta_plugin::frame::RobotState;
 
 use super::theme::section;
 use super::view::View;
-use super::{format, theme};
-use crate::snapshot::Run;
+use super::{format, theme, work};
+use crate::snapshot::{Run, Snapshot, Work};
 use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
 
 /// The display order of the states, the most important first.
 const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4, 6, 7];
+
+/// The number of robots of an activity, or of a state while no manager publishes activities.
+#[derive(Clone, Copy)]
+pub struct Group {
+    name: &'static str,
+    colour: Color,
+    robots: u64,
+}
 
 /// The largest width of a figure with its name, in columns, at which the eye can follow.
 const MAX_FIGURE_WIDTH: u16 = 34;
@@ -24,28 +32,44 @@ const MAX_FIGURE_WIDTH: u16 = 34;
 /// The ends of a bar, in eighths of a column.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 
-/// Draws a bar for each state, or for those with robots if there is no room for all.
-pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts) {
-    let robots = state_counts.robots();
+/// Returns the robots by activity if a manager publishes them, else by state; the most important
+/// first.
+pub fn groups(snapshot: &Snapshot, run: &Run) -> Vec<Group> {
+    match &snapshot.work {
+        Some(work) => work::ORDER.into_iter().map(|activity| of_activity(work, activity)).collect(),
+        None => ORDER.into_iter().map(|state| of_state(&run.state_counts, state)).collect(),
+    }
+}
+
+fn of_activity(work: &Work, activity: Activity) -> Group {
+    let robots = work.robots[activity as usize];
+    Group { name: activity.name(), colour: theme::of_activity(activity), robots }
+}
+
+fn of_state(state_counts: &StateCounts, state: usize) -> Group {
+    let (name, colour) = (STATE_NAMES[state], state_colour(state));
+    Group { name, colour, robots: state_counts.by_state[state] }
+}
+
+/// Draws a bar for each group, or for those with robots if there is no room for all.
+pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, mut groups: Vec<Group>, robots: u64) {
     let area = section(frame, area, "robots", Span::styled(format::count(robots), theme::strong()));
     let digits = format::count(robots).len().max(3);
     let width = usize::from(area.width).saturating_sub(8 + digits + 2);
-    let mut shown = ORDER.to_vec();
-    // If there is no room for all, states without robots are left out.
-    while shown.len() > usize::from(area.height)
-        && let Some(empty) = shown.iter().rposition(|state| state_counts.by_state[*state] == 0)
+    // If there is no room for all, groups without robots are left out.
+    while groups.len() > usize::from(area.height)
+        && let Some(empty) = groups.iter().rposition(|group| group.robots == 0)
     {
-        shown.remove(empty);
+        groups.remove(empty);
     }
     let mut lines = Vec::new();
-    for state in shown {
-        let count = state_counts.by_state[state];
-        let bar = bar(count as f64 / robots.max(1) as f64, width);
-        let style = if count > 0 { Style::new() } else { theme::quiet() };
+    for group in groups {
+        let bar = bar(group.robots as f64 / robots.max(1) as f64, width);
+        let style = if group.robots > 0 { Style::new() } else { theme::quiet() };
         lines.push(Line::from(vec![
-            Span::styled(format!("{:<8}", STATE_NAMES[state]), theme::quiet()),
-            Span::styled(bar, theme::text(state_colour(state))),
-            Span::styled(format!("  {:>digits$}", format::count(count)), style),
+            Span::styled(format!("{:<8}", group.name), theme::quiet()),
+            Span::styled(bar, theme::text(group.colour)),
+            Span::styled(format!("  {:>digits$}", format::count(group.robots)), style),
         ]));
     }
     frame.render_widget(Paragraph::new(lines), area);
@@ -89,29 +113,26 @@ pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
     }
 }
 
-fn time_figures(view: &View, run: &Run) -> [Figure; 5] {
+fn time_figures(view: &View, run: &Run) -> [Figure; 4] {
     let (mean, max) = view.history.newest().jitter.unzip();
     let [mean, max] = [mean, max]
         .map(|seconds| Span::from(seconds.map_or_else(|| "–".to_owned(), format::seconds)));
-    let totals = &view.snapshot.totals;
     [
         ("tick period", format::seconds(run.tick_period.as_secs_f64()).into()),
         ("late ticks", problem_count(run.late_ticks, theme::WARNING)),
         ("jitter", mean),
         ("worst jitter", max),
-        ("frames skipped", format::count(totals.frames_skipped).into()),
     ]
 }
 
-fn distance_figures(view: &View, run: &Run) -> [Figure; 5] {
+fn distance_figures(view: &View, run: &Run) -> [Figure; 4] {
     let collisions = &view.snapshot.collisions;
     let lag = collisions
         .tick()
         .map(|tick| run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64());
     [
         ("mean speed", format!("{:.2} m/s", run.state_counts.mean_speed()).into()),
-        ("driven", format::metres(view.snapshot.totals.driven_metres).into()),
-        ("frames read", format::count(view.snapshot.totals.frames_read).into()),
+        ("frames", format::count(run.frames).into()),
         (
             "collisions ever",
             collisions

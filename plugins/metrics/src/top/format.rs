@@ -41,15 +41,6 @@ pub fn bytes(bytes: u64) -> String {
     }
 }
 
-/// Formats metres: `12.3 m`, `4.56 km`.
-pub fn metres(metres: f64) -> String {
-    match metres {
-        m if m < 999.95 => format!("{m:.1} m"),
-        m if m < 99_995.0 => format!("{:.2} km", m * 1e-3),
-        m => format!("{} km", count((m * 1e-3).round() as u64)),
-    }
-}
-
 /// Formats a wanted speed: `×2`, or `max`.
 pub fn speed(speed: f32) -> String {
     if speed.is_finite() { format!("×{speed}") } else { "max".to_owned() }
@@ -79,7 +70,6 @@ mod tests {
             [45_056, 1_600_000, 34_000_000, 6_100_000_000].map(bytes),
             ["45 kB", "1.6 MB", "34 MB", "6.1 GB"]
         );
-        assert_eq!([12.34, 4_560.0, 1_234_567.0].map(metres), ["12.3 m", "4.56 km", "1,235 km"]);
         assert_eq!([1.0, 0.1, f32::INFINITY].map(speed), ["×1", "×0.1", "max"]);
         assert_eq!([0.998, 12.34, 5_432.1].map(factor), ["0.998", "12.3", "5,432"]);
     }

@@ -56,23 +56,30 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
     }
 }
 
+/// The number of lines of the robots, and of the figures of the run.
+const MIDDLE_HEIGHT: u16 = 7;
+
 /// Draws a fleet that has an engine. Returns the scroll position of its collisions.
 fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
     let graphs = (area.height / 5).clamp(5, 14);
-    let orders = if view.snapshot.work.is_some() { work::HEIGHT } else { 0 };
+    // One line is the title.
+    let shown = usize::from(MIDDLE_HEIGHT - 1);
+    let orders = view.snapshot.work.as_ref().map_or(0, |work| work::height(work, shown));
     let [above, middle, below] = Layout::vertical([
         Constraint::Length(graphs),
-        Constraint::Length(7 + orders),
+        Constraint::Length(MIDDLE_HEIGHT + orders),
         Constraint::Min(0),
     ])
     .spacing(1)
     .areas(inset(area));
     let [middle, orders] =
-        Layout::vertical([Constraint::Length(7), Constraint::Length(orders)]).areas(middle);
+        Layout::vertical([Constraint::Length(MIDDLE_HEIGHT), Constraint::Length(orders)])
+            .areas(middle);
     graphs::draw(frame, above, &view.history, run);
     let [left, right] =
         Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
-    figures::draw_robots(frame, left, &run.state_counts);
+    let groups = figures::groups(&view.snapshot, run);
+    figures::draw_robots(frame, left, groups, run.state_counts.robots());
     figures::draw_figures(frame, right, view, run);
     if let Some(work) = &view.snapshot.work {
         work::draw(frame, orders, work);

@@ -14,11 +14,11 @@ use super::theme::section;
 use super::{format, theme};
 use crate::snapshot::{OrderFigures, Work};
 
-/// The number of lines of the section.
-pub const HEIGHT: u16 = 4;
+/// The number of lines of the section without the robots of each activity.
+const HEIGHT: u16 = 3;
 
 /// The display order of the activities, the most important first.
-const ORDER: [Activity; Activity::COUNT] = [
+pub const ORDER: [Activity; Activity::COUNT] = [
     Activity::Carrying,
     Activity::Fetching,
     Activity::Handling,
@@ -34,16 +34,26 @@ const ORDER: [Activity; Activity::COUNT] = [
     Activity::Idle,
 ];
 
-/// Draws the counts of orders, the robots of each activity that has any, and the times of orders.
+/// Returns the number of lines of the section, given the number of activities that are shown
+/// elsewhere: with more of them, the section lists all.
+pub fn height(work: &Work, shown: usize) -> u16 {
+    let activities = work.robots.iter().filter(|robots| **robots > 0).count();
+    HEIGHT + u16::from(activities > shown)
+}
+
+/// Draws the counts of orders and their times, and the robots of each activity that has any if
+/// there is a line for them.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
     let (title, counts, times) = match &work.run {
         Some(run) => ("orders".to_owned(), run_counts(run, &work.orders), run_times(run)),
         None => (title(&work.orders), counts(&work.orders), times(&work.orders)),
     };
+    let lists_robots = area.height > HEIGHT;
     let area = section(frame, area, title, counts);
-    let lines = [robots(work), times, effort(work)];
-    let lines = lines.map(|line| fitted(line, area.width));
-    frame.render_widget(Paragraph::new(lines.to_vec()), area);
+    let robots = lists_robots.then(|| robots(work));
+    let lines = robots.into_iter().chain([times, effort(work)]);
+    let lines: Vec<_> = lines.map(|line| fitted(line, area.width)).collect();
+    frame.render_widget(Paragraph::new(lines), area);
 }
 
 /// The title of the section: it tells the time from which the orders are counted, unless it is the
@@ -139,11 +149,14 @@ fn run_times(run: &WorkFigures) -> Line<'static> {
     Line::from(spans)
 }
 
-/// Formats the busy part of the robots' time, the part of their metres without a load, and the time
-/// that the manager spends on a frame.
+/// Formats the busy part of the robots' time unless the manager publishes the number of busy
+/// robots, the part of their metres without a load, and the time that the manager spends on a
+/// frame: all since `top` began to read.
 fn effort(work: &Work) -> Line<'static> {
-    let mut spans = Vec::new();
-    add_figure(&mut spans, "utilisation ", work.effort.utilisation().map(percent), "  ");
+    let mut spans = vec![Span::styled("since top began: ", theme::quiet())];
+    if work.run.is_none() {
+        add_figure(&mut spans, "busy ", work.effort.utilisation().map(percent), "  ");
+    }
     add_figure(&mut spans, "empty ", work.effort.empty_part().map(percent), "  ");
     let cycle = work.cycle.mean().map(|mean| {
         let millis = [mean, work.cycle.p99, work.cycle.longest].map(|secs| 1e3 * secs);
@@ -241,9 +254,12 @@ mod tests {
         let text = effort(&testing::work()).to_string();
         assert_eq!(
             text,
-            "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
+            "since top began: busy 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
         );
-        assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
+        let none = effort(&Work::default()).to_string();
+        assert!(none.starts_with("since top began: busy –  empty –"), "{none}");
+        let published = Work { run: Some(WorkFigures::default()), ..testing::work() };
+        assert!(!effort(&published).to_string().contains("busy"), "the manager publishes it");
         assert!(
             times(&orders).to_string().starts_with("service 61 55 120 300 s  until assigned 8.4 ")
         );

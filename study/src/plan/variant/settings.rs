@@ -84,6 +84,7 @@ impl Variant {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
         let read = Scenario::read(path, &overrides)?;
         (self.whole, self.assumptions) = (read.graph, read.assumptions);
+        self.warnings = read.warnings;
         self.file = path.to_owned();
         self.set_roads()?;
         // Its stations are other ones.

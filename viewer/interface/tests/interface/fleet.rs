@@ -161,7 +161,7 @@ fn robots_are_filtered_and_those_that_match_are_counted() {
     let mut fixture = Fixture::new(5);
     fixture.interface.settings.left = Some(LeftPanel::Fleet);
     let mut harness = harness(fixture);
-    harness.get_by_label("filter: state").click();
+    harness.get_by_label("filter: activity").click();
     settle(&mut harness);
     harness.get_by_label("held").click();
     settle(&mut harness);
@@ -193,7 +193,7 @@ fn a_filter_moves_no_row_of_the_list_and_ends_without_the_level() {
     let mut harness = harness(fixture);
     let row = |harness: &Harness<'_, Fixture>| harness.get_by_label("robot 3").rect();
     let before = row(&harness);
-    harness.get_by_label("filter: state").click();
+    harness.get_by_label("filter: activity").click();
     settle(&mut harness);
     harness.get_by_label("held").click();
     harness.state_mut().interface.show_level(Some("attic".to_owned()));

@@ -198,7 +198,7 @@ fn robots_that_match_are_counted_on_all_levels_side_by_side() {
     let (mut harness, _) = side_by_side();
     harness.state_mut().interface.settings.left = Some(LeftPanel::Fleet);
     settle(&mut harness);
-    harness.get_by_label("filter: state").click();
+    harness.get_by_label("filter: activity").click();
     settle(&mut harness);
     harness.get_by_label("held").click();
     let elsewhere = matches(harness.state(), &[3], true);

@@ -335,7 +335,7 @@ fn sliders_have_rails_or_are_numbers() {
 fn lists_of_choices_and_hints_are_whole() {
     for scale in [1.0, 1.5] {
         for (left, list, last) in [
-            (LeftPanel::Fleet, "filter: state", "broken"),
+            (LeftPanel::Fleet, "filter: activity", "broken"),
             (LeftPanel::Log, "kind of entries", "notes"),
         ] {
             let mut harness =

@@ -365,7 +365,7 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
     // A type must not get the properties of another one.
     let written = write(&graph, Format::Lif).expect("LIF");
     assert!(!written.text.contains("\"B\""), "{}", written.text);
-    let loss = "1 edges have other properties for other vehicle types: not kept";
+    let loss = "1 edge has other properties for other vehicle types: not kept";
     assert_eq!(written.losses, [loss]);
     let same = read(&one_edge(r#"}, {"vehicleTypeId": "B""#)).0;
     let properties = &same.edges()[0].tags.as_ref().expect("tags").properties;

@@ -69,7 +69,7 @@ fn keep(key: &str, value: &Value, feature: &Feature, tags: &mut Tags, ignored: &
         }
         Some(text) => tags.set(key, &text),
         None if value.is_null() => {}
-        None => ignored.add(feature.at, format!("large key `{}` of a feature", shorten(key))),
+        None => ignored.add_named(feature.at, format!("large key `{}` of a feature", shorten(key))),
     }
 }
 

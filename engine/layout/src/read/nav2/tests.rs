@@ -230,7 +230,7 @@ fn losses_are_listed() {
     let (graph, _) = graph_of(yaml);
     let written = write(&graph);
     assert_eq!(written.losses.len(), 3, "{:?}", written.losses);
-    assert!(written.losses.iter().any(|loss| loss.starts_with("1 edges are curved")));
+    assert!(written.losses.iter().any(|loss| loss.starts_with("1 edge is curved")));
     assert!(written.text.contains("MultiLineString") && written.text.contains("\"reverse_of\":1"));
     let (again, _) = graph_of(&written.text);
     let [edge] = again.edges() else { panic!("{:?}", again.edges()) };

@@ -64,10 +64,10 @@ impl<'text> Element<'text> {
     /// article.
     pub fn ignore_rest(&self, what: &str, ignored: &mut Ignored) {
         for (name, _) in &self.attributes {
-            ignored.add(self.at, format!("attribute `{}` of {what}", shorten(name)));
+            ignored.add_named(self.at, format!("attribute `{}` of {what}", shorten(name)));
         }
         for child in &self.children {
-            ignored.add(child.at, format!("element `{}` of {what}", shorten(child.name)));
+            ignored.add_named(child.at, format!("element `{}` of {what}", shorten(child.name)));
         }
     }
 }

@@ -52,7 +52,7 @@ impl ModelWriter<'_> {
             let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
             self.losses.add_if(
                 drawn.is_approximate,
-                "curves of several cubics are drawn as lines with corners",
+                "curves have several cubics: drawn as lines with corners",
             );
             let (length, is_kept) = length(edge, &path);
             self.losses.add_if(

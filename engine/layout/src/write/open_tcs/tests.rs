@@ -111,7 +111,7 @@ fn the_structure_is_that_of_the_schema() {
         losses,
         [
             "1 background lines: this format has none",
-            "1 stations have no position: they are drawn at their first node"
+            "1 station has no position: drawn at their first node"
         ]
     );
 }
@@ -135,14 +135,14 @@ fn what_the_format_cannot_say_is_listed() {
     let written = RouteGraph::from_valid_parts(nodes, vec![edge]);
     let Written { text, losses } = write(&written);
     let expected = [
-        "1 curves of several cubics are drawn as lines with corners",
-        "1 edges have a heading other than along the edge",
-        "1 edges prescribe how robots turn at their ends: this format doesn't",
-        "1 levels are kept as properties `regatta:level`",
-        "1 nodes are moved to whole millimetres",
-        "1 nodes have a role other than park: it is kept as property `regatta:role`",
-        "1 speeds are rounded to whole mm/s",
-        "1 zones are kept as properties `regatta:zone`",
+        "1 curve has several cubics: drawn as lines with corners",
+        "1 edge has a heading other than along the edge",
+        "1 edge prescribes how robots turn at their ends: this format doesn't",
+        "1 level is kept as properties `regatta:level`",
+        "1 node is moved to whole millimetres",
+        "1 node has a role other than park: it is kept as property `regatta:role`",
+        "1 speed is rounded to whole mm/s",
+        "1 zone is kept as properties `regatta:zone`",
     ];
     assert_eq!(losses, expected);
     let (read, _) = graph(&text);

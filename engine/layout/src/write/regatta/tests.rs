@@ -196,7 +196,7 @@ fn each_item_is_one_line() {
         Background:\n\
         - {Line: [[0.0, 0.0], [0.0, 1.0]]}\n";
     assert_eq!(text, expected);
-    assert_eq!(losses, ["1 texts begin or end with white space, which isn't kept"]);
+    assert_eq!(losses, ["1 text has white space at an end, which isn't kept"]);
 }
 
 proptest! {

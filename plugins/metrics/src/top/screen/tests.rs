@@ -64,20 +64,9 @@ fn everything_is_visible_at_80_by_24() {
     );
     shows(
         &screen,
-        &[
-            "0.998 of ×1",
-            "70 µs",
-            "robots",
-            "1,000",
-            "driving",
-            "812",
-            "idle",
-            "waiting",
-            "held",
-            "faulted",
-        ],
+        &["0.998 of ×1", "70 µs", "robots", "1,000", "carrying", "614", "fetching", "waiting"],
     );
-    shows(&screen, &["late ticks", "2.00 ms", "mean speed", "1.23 m/s", "98.77 km", "12,345"]);
+    shows(&screen, &["late ticks", "2.00 ms", "mean speed", "1.23 m/s", "frames", "61,728"]);
     shows(
         &screen,
         &["12 touching, 30 possible", "touching", "0 10000", "0.0, -1.5", "0.8", "4.6 s"],
@@ -93,6 +82,26 @@ fn everything_is_visible_at_80_by_24() {
     shows(&screen, &["service 61 55 120 300 s", "until assigned 8.4 6.0 40 96 s"]);
     shows(&screen, &["processes", "engine", "4000000", "12 %", "34 MB", "metrics"]);
     shows(&screen, &["space pause", "q quit"]);
+}
+
+#[test]
+fn figures_of_the_run_are_none_since_top_began_and_robots_have_one_vocabulary() {
+    let snapshot = testing::snapshot();
+    let screen = drawn(&mut view(snapshot.clone()), 160, 50);
+    for own in ["driven", "98.77 km", "frames read", "12,345", "frames skipped"] {
+        assert!(!screen.contains(own), "{own} in\n{screen}");
+    }
+    assert!(!screen.contains("812"), "a number of robots by state:\n{screen}");
+    shows(&screen, &["since top began: "]);
+    let mut few = snapshot.clone();
+    if let Some(work) = &mut few.work {
+        work.robots = [44, 201, 614, 0, 90, 0, 0, 0, 0, 0, 0, 0, 0];
+    }
+    let screen = drawn(&mut view(few), 80, 24);
+    shows(&screen, &["carrying", "614", "fetching", "201", "idle", "44"]);
+    assert!(!screen.contains("■ 614"), "each number is shown once:\n{screen}");
+    let unmanaged = Snapshot { work: None, ..snapshot };
+    shows(&drawn(&mut view(unmanaged), 80, 24), &["driving", "812", "idle", "held", "faulted"]);
 }
 
 #[test]

@@ -109,7 +109,7 @@ fn examples_are_written_as_valid_files_and_read_again() {
         let (graph, _) = read(&sample(&format!("ex_10_{name}.lif.json")));
         let written = write(&graph);
         assert_valid(&written.text);
-        let loss = "1 nodes have other properties for other vehicle types: not kept";
+        let loss = "1 node has other properties for other vehicle types: not kept";
         assert_eq!(written.losses, if name == "10" { vec![loss] } else { vec![] }, "{name}");
         let (again, findings) = read(&written.text);
         assert_same(&graph, &again);
@@ -196,13 +196,13 @@ fn what_is_lost_is_listed() {
         written.text
     );
     let expected = [
-        "1 edges can be driven in reverse gear: written as further edges, which are read as such",
-        "1 edges have a property `colour` that isn't valid in LIF",
-        "1 edges have a property `rotationAtEndNodeAllowed` that isn't valid in LIF",
-        "1 lines of the background: LIF has none",
-        "1 nodes have a zone: LIF has none",
-        "1 stations have another role than their nodes: LIF has only actions of nodes and edges",
-        "1 stations have no node: LIF has only stations with nodes",
+        "1 edge can be driven in reverse gear: written as further edges, which are read as such",
+        "1 edge has a property `colour` that isn't valid in LIF",
+        "1 edge has a property `rotationAtEndNodeAllowed` that isn't valid in LIF",
+        "1 line of the background: LIF has none",
+        "1 node has a zone: LIF has none",
+        "1 station has another role than their nodes: LIF has only actions of nodes and edges",
+        "1 station has no node: LIF has only stations with nodes",
     ];
     assert_eq!(
         written.losses.iter().collect::<std::collections::BTreeSet<_>>(),
@@ -255,7 +255,7 @@ fn the_number_of_vehicle_types_is_bounded() {
     );
     let written = write(&graph);
     assert_eq!(written.text.matches("\"type").count(), 100);
-    assert_eq!(written.losses, ["1 nodes have a property `vehicleTypeId` that isn't valid in LIF"]);
+    assert_eq!(written.losses, ["1 node has a property `vehicleTypeId` that isn't valid in LIF"]);
 }
 
 #[test]

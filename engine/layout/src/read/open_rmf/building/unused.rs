@@ -70,7 +70,10 @@ pub(super) fn of_levels(trees: &[(&str, &Tree<'_>)], levels: &[Level], ignored: 
 fn of_level(tree: &Tree<'_>, ignored: &mut Ignored) {
     ignore_unknown(tree, &LEVEL_KEYS, "a level", ignored);
     if let Some(elevation) = tree.get("elevation").filter(|elevation| !elevation.is_empty()) {
-        ignored.add(elevation.at, "key `elevation` of a level, except to find the levels of lifts");
+        ignored.add_named(
+            elevation.at,
+            "key `elevation` of a level, except to find the levels of lifts",
+        );
     }
     let tuples: [(&str, &str, &[&str]); 3] = [
         ("walls", "a wall", &[]),
