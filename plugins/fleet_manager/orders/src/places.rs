@@ -243,6 +243,17 @@ impl Places {
         }
     }
 
+    /// Returns the nodes with a name for which a condition holds, in ascending order. The name of a
+    /// station is one of the first of its nodes.
+    pub(crate) fn nodes_named(&self, condition: impl Fn(&str) -> bool) -> Vec<u32> {
+        let mut nodes = self.nodes(|place| condition(&place.name));
+        let others = self.by_name.iter().filter(|(name, _)| condition(name));
+        nodes.extend(others.map(|(_, node)| *node).filter(|node| self.storage(*node).is_none()));
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
     /// Returns the nodes for which a condition holds, in ascending order.
     pub fn nodes(&self, condition: impl Fn(&Place) -> bool) -> Vec<u32> {
         (0..)

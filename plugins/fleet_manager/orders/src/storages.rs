@@ -161,7 +161,7 @@ fn named(value: &Node, groups: &Groups<'_>) -> Result<Vec<u32>, yaml::Error> {
     if !text.contains('*') {
         return groups.find(Some(value), Role::None);
     }
-    let nodes = groups.places.nodes(|place| matches(&text, &place.name));
+    let nodes = groups.places.nodes_named(|name| matches(&text, name));
     if nodes.is_empty() {
         return Err(value.error(format!("no node has a name like `{text}`")));
     }

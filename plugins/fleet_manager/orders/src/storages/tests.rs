@@ -211,6 +211,17 @@ fn patterns_stand_for_any_text() {
     }
 }
 
+/// A station has the name, and not its node.
+#[test]
+fn patterns_are_of_the_names_of_stations_too() {
+    let mut places = plant();
+    places.add_name("Storage 01", 2);
+    places.add_name("Storage 02", 1);
+    places.add_name("Stairs", 0);
+    assert_eq!(places.nodes_named(|name| matches("Storage *", name)), [1, 2]);
+    assert_eq!(places.nodes_named(|name| matches("R*", name)), [1, 2, 3, 4], "those of nodes");
+}
+
 #[test]
 fn bad_storages_are_refused_with_their_reason() {
     for (storages, reason) in [
