@@ -334,7 +334,7 @@ mod tests {
         assert_eq!((measured.orders_per_hour, measured.stops_per_hour), (1800.0, 3600.0));
         let service = measured.service.expect("orders");
         assert_eq!((service.p50_secs, service.p99_secs, service.longest_secs), (49.0, 98.0, 99.0));
-        assert_eq!(measured.order_time, Some([0.0, 0.0, 15.0, 0.0, 0.0, 0.0, 5.0, 0.0]));
+        assert_eq!(measured.order_time, Some([0.0, 15.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0]));
         let robots = measured.robot_time.expect("robots");
         assert_eq!((robots[0], robots[2], robots[8]), (0.5, 0.25, 0.25));
         assert_eq!((measured.late, measured.end), (Some(0.5), RunEnd::AtTime));

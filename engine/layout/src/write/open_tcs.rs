@@ -206,7 +206,7 @@ impl<'graph> ModelWriter<'graph> {
         if let Some(position) = station.position {
             return position;
         }
-        self.losses.add("stations have no position: drawn at their first node");
+        self.losses.add("stations have no position: drawn at the first node");
         station.nodes.first().map(|&node| self.graph.node(node).position).unwrap_or_default()
     }
 

@@ -46,7 +46,7 @@ impl Renderer {
         }
         view.heated = u32::from(picture.scene.heat.is_some());
         view.detail.w = self.columns.values() as f32;
-        view.filtered = self.columns.filtered() | view.heated * OVER_HEAT;
+        view.filtered = self.columns.filtered() | (view.heated * OVER_HEAT);
         view
     }
 

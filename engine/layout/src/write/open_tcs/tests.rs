@@ -110,8 +110,8 @@ fn the_structure_is_that_of_the_schema() {
     assert_eq!(
         losses,
         [
-            "1 background lines: this format has none",
-            "1 station has no position: drawn at their first node"
+            "1 background line: this format has none",
+            "1 station has no position: drawn at the first node"
         ]
     );
 }
