@@ -470,7 +470,11 @@ lifts: {north: {level_secs: 20, opening_secs: 1, capacity: 2, home: high}}",
     assert_eq!((lift.capacity.get(), lift.places().get()), (2, 1));
     assert_eq!(zone.rule, ZoneRule::Capacity(lift.places()));
     let told = "lifts, north: it has a capacity of 2, but carries 1 robot at a time: level low";
-    assert!(scenario.warnings.of_scenario.iter().any(|line| line.contains(told)), "{:?}", scenario.warnings);
+    assert!(
+        scenario.warnings.of_scenario.iter().any(|line| line.contains(told)),
+        "{:?}",
+        scenario.warnings
+    );
     assert_eq!(scenario.graph.edge(lift.rides[0]).speed, 0.1, "two metres in twenty seconds");
     for (text, message) in [
         ("doors: {gat: {closing_secs: 2}}", "doors, gat: the layout has no door of that name"),
