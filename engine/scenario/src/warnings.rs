@@ -46,10 +46,16 @@ mod tests {
     fn a_layout_with_many_warnings_has_some_of_them_and_their_number() {
         // Each edge has a curve that doesn't end at its node.
         let edges: String = (1..=30)
-            .map(|id| format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, CurveType: Bezier, VelocityForward: 1, ControlPoints: [[0, 0], [1, 0], [2, 0], [3, 0]]}}\n"))
+            .map(|id| {
+                format!(
+                    "- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, CurveType: Bezier, \
+                     VelocityForward: 1, ControlPoints: [[0, 0], [1, 0], [2, 0], [3, 0]]}}\n"
+                )
+            })
             .collect();
         let layout = format!(
-            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 4, Y: 0, Theta: 0}}\nEdges:\n{edges}"
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 4, Y: 0, Theta: 0}}\n\
+             Edges:\n{edges}"
         );
         let scenario = Scenario::from_texts(
             "graph: g.yaml\nrobots: [{node: 1}]\n",

@@ -1,4 +1,4 @@
-//! What peers do wrong, told once each.
+//! Faults in messages of peers: all are counted, and the first of each kind is told.
 
 use std::collections::HashSet;
 use std::mem::{Discriminant, discriminant};

@@ -15,7 +15,10 @@ use crate::options::LinkArgs;
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// The configuration can't be used.
-    #[error("{}: not a configuration of zenoh ({reason}); its documentation is at zenoh.io", path.display())]
+    #[error(
+        "{}: not a configuration of zenoh ({reason}); its documentation is at zenoh.io",
+        path.display()
+    )]
     Config {
         /// The file.
         path: PathBuf,

@@ -11,7 +11,7 @@
 //!      …      …  the records or columns, packed
 //! ```
 //!
-//! What comes from a peer is checked here once: lengths are compared with those that the header
+//! Messages of peers are checked here once: their lengths are compared with those that the header
 //! implies, before anything is allocated. Readers of the contract check references themselves.
 
 mod frame;

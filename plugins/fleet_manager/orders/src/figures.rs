@@ -50,7 +50,7 @@ pub struct Figures {
     /// From when robots could have an order to the arrival of its robot at the first stop.
     pub waiting: Durations,
     /// Orders that robots could have, and whose robot is not at the first stop yet. Those that are
-    /// unroutable don't count.
+    /// unroutable or wait for a place of a storage don't count.
     pub unserved: usize,
     /// The longest wait of these, in seconds.
     pub longest_unserved_secs: f64,
@@ -133,7 +133,7 @@ fn per_sec(count: usize, secs: f64) -> f64 {
 
 fn is_unserved(order: &Order) -> bool {
     let has_begun = order.is_bound() || matches!(order.state, State::Handling(_));
-    !has_begun && !matches!(order.state, State::Created | State::Unroutable)
+    !has_begun && !matches!(order.state, State::Created | State::Unroutable | State::Unplaced)
 }
 
 impl Durations {

@@ -1,5 +1,5 @@
-//! What has arrived from the other host and waits for the producer: of frames, columns and worlds
-//! the newest, of events those that have room.
+//! Messages from the other host that wait for the producer: the newest frame, world and columns,
+//! and as many events as have room.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;

@@ -90,7 +90,7 @@ impl Peer {
 
     fn ask(&self, name: &str, take: fn(&Mailbox, Sample)) {
         let mailbox = Arc::clone(&self.mailbox);
-        // Who asks does so again when no answer has come.
+        // The caller asks again when no answer has come.
         let _ = self
             .session
             .get(key(&self.fleet, name))

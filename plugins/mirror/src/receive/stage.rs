@@ -28,7 +28,7 @@ pub struct Stage {
     /// The ports.
     pub ports: ProducerPorts,
     encoding: Encoding,
-    /// What is shown; `None` before the first world.
+    /// The world that is shown; `None` before the first one.
     source: Option<Source>,
     asked: Option<Instant>,
     /// The tick that is shown.

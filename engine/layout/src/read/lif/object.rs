@@ -36,7 +36,7 @@ struct Note {
 }
 
 impl Note {
-    /// Where and how often it occurs, if there is anything to tell.
+    /// Returns the first place and the number of occurrences, if there is anything to tell.
     fn occurrences(&self) -> String {
         match (self.count, &self.edge) {
             (1, None) => String::new(),

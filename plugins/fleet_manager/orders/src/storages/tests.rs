@@ -72,7 +72,9 @@ fn a_put_away_takes_the_nearest_place_and_waits_while_all_are_full() {
         format!("- {{{PUT}}}\n- {{{PUT}}}\n- {{{PUT}}}\n- {{{PUT}}}\n- {{time: 20, {GET}}}\n");
     let mut pool = pool("[{name: rack, at: [R3, R2, R1]}]", &orders);
     assert_eq!([1, 2, 3].map(|id| nodes(&pool, id)), [[0, 1], [0, 2], [0, 3]]);
-    assert_eq!((state(&pool, 4), pool.figures(0.0).orders.unplaced), (State::Unplaced, 1));
+    let figures = pool.figures(0.0);
+    assert_eq!((state(&pool, 4), figures.orders.unplaced), (State::Unplaced, 1));
+    assert_eq!(figures.unserved, 3, "an order is told as unplaced or as not begun");
     assert_eq!(
         pool.storages()[0].to_string(),
         "rack: 0 of 3 places full, 1 order waits for an empty place"
