@@ -10,6 +10,8 @@ use clap_complete::Shell;
 use regatta_plugin::producer::Speed;
 use regatta_plugin::usage_line;
 use regatta_scenario::RobotCount;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::prelude::*;
 
 use crate::arguments::Time;
 use crate::control::Target;
@@ -203,13 +205,17 @@ pub fn start_logging(verbose: u8) {
     // Colours are for people: a file or another program would read their escape codes.
     let is_coloured = std::io::stderr().is_terminal()
         && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-    tracing_subscriber::fmt()
+    let lines = tracing_subscriber::fmt::layer()
         .with_ansi(is_coloured)
-        .with_max_level(level)
         .with_target(false)
         .without_time()
-        .with_writer(std::io::stderr)
-        .init();
+        .with_writer(std::io::stderr);
+    let mut filter = Targets::new().with_default(level);
+    if verbose == 0 {
+        // zenoh warns of what is an error of ours as well, and of settings that are meant so.
+        filter = filter.with_target("zenoh", LevelFilter::OFF);
+    }
+    tracing_subscriber::registry().with(lines).with(filter).init();
 }
 
 /// Prints the requested help or version, or the error of the arguments in one line.
