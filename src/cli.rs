@@ -215,7 +215,10 @@ pub fn start_logging(verbose: u8) {
         // zenoh warns of what is an error of ours as well, and of settings that are meant so.
         filter = filter.with_target("zenoh", LevelFilter::OFF);
     }
-    tracing_subscriber::registry().with(lines).with(filter).init();
+    let subscriber = tracing_subscriber::registry().with(lines).with(filter);
+    // With the feature `zenoh`, `init` would also print what other crates log by the crate `log`.
+    // This is the only subscriber.
+    let _ = tracing::subscriber::set_global_default(subscriber);
 }
 
 /// Prints the requested help or version, or the error of the arguments in one line.

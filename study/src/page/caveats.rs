@@ -105,9 +105,13 @@ fn storages(variant: &VariantAnswer) -> Vec<String> {
     let told = point.storages.iter().map(|storage| {
         let StorageLack { name, runs, orders, is_full, .. } = storage;
         let (state, thing) = if *is_full { ("full", "a free place") } else { ("empty", "a load") };
+        let orders = match orders.round() {
+            1.0 => "1 order".to_owned(),
+            orders => format!("{orders:.0} orders"),
+        };
         format!(
-            "**Storage {state}**: with {robots}, {orders:.0} orders waited for {thing} in the \
-             storage of {name} at the end of {runs} of {} runs.",
+            "**Storage {state}**: with {robots}, {orders} waited for {thing} in the storage of \
+             {name} at the end of {runs} of {} runs.",
             point.runs.len(),
         )
     });
