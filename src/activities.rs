@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use regatta_plugin::activity::Activity;
 use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{ColumnReader, FleetName, Participant};
+use serde_json::Value;
 
 use crate::failure::Failure;
 
@@ -68,6 +69,12 @@ impl RobotCounts {
             robots.0[activity as usize] += 1;
         }
         robots
+    }
+
+    /// Returns the number of robots of every activity by its name.
+    pub fn to_json(self) -> Value {
+        let counts = Activity::ALL.into_iter().zip(self.0);
+        counts.map(|(activity, robots)| (activity.name().to_owned(), robots.into())).collect()
     }
 
     /// Formats the activities of any robots: `idle 3, carrying 12`.

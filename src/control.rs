@@ -3,7 +3,7 @@
 
 use clap::Args;
 use regatta_plugin::control::ControlResponse;
-use regatta_plugin::frame::ClockState;
+use regatta_plugin::frame::{ClockState, RobotState};
 use regatta_plugin::{Control, ControlError, FleetName};
 use serde_json::{Value, json};
 
@@ -24,15 +24,15 @@ pub struct Target {
 pub fn status(json: bool, target: &Target) -> Result<(), Failure> {
     let status = Control::open(&target.fleet)?.status()?;
     let facilities = facilities(&target.fleet)?;
+    let activities = Activities::join(&target.fleet)?.wait_for_run(status.run_id)?;
     if json {
-        let mut value = status_value(&status);
+        let mut value = status_json(&status, activities);
         if !facilities.is_empty() {
             value["facilities"] = facilities.iter().map(Facility::json).collect();
         }
         println!("{value}");
         return Ok(());
     }
-    let activities = Activities::join(&target.fleet)?.wait_for_run(status.run_id)?;
     println!("{}", status_line(&status, activities));
     for facility in &facilities {
         show(facility.line() + "\n");
@@ -73,17 +73,24 @@ pub fn status_line(status: &ControlResponse, activities: Option<RobotCounts>) ->
     ) + &owner
 }
 
+/// Formats the states of any robots: `idle 3, driving 12`.
 fn states(status: &ControlResponse) -> String {
-    let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
-    format!(
-        "driving {driving}, turning {turning}, idle {idle}, waiting {waiting}, held {held}, \
-         stalled {stalled}, broken {broken}, faulted {faulted}"
-    )
+    let mut words = Vec::new();
+    for (number, robots) in (0..).zip(status.robots_by_state) {
+        if robots > 0 {
+            words.push(format!("{} {robots}", RobotState::from_number(number).name()));
+        }
+    }
+    words.join(", ")
 }
 
-/// Formats the status of a fleet as JSON.
-pub fn status_json(status: &ControlResponse) -> String {
-    status_value(status).to_string()
+/// Returns the status of a fleet as JSON, with the activities of its robots if they are known.
+pub fn status_json(status: &ControlResponse, activities: Option<RobotCounts>) -> Value {
+    let mut value = status_value(status);
+    if let Some(robots) = activities {
+        value["robots_by_activity"] = robots.to_json();
+    }
+    value
 }
 
 fn status_value(status: &ControlResponse) -> Value {

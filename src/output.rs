@@ -8,6 +8,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use regatta_base::thousands;
 use regatta_plugin::{Termination, visible};
 
 use crate::failure::{Failure, plugin_failure};
@@ -117,7 +118,7 @@ pub fn show(text: impl Display) {
 
 /// Returns a number of things in words.
 pub fn with_plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+    format!("{} {noun}{}", thousands(count as u64), if count == 1 { "" } else { "s" })
 }
 
 /// Writes a temporary file in the same folder and renames it. It keeps the permissions of the file

@@ -374,9 +374,10 @@ fn line(
     activities: &mut Activities,
     args: &RunArgs,
 ) -> Result<String, Failure> {
+    let robots = activities.of_run(status.run_id)?;
     Ok(match args.json {
-        true => control::status_json(status),
-        false => control::status_line(status, activities.of_run(status.run_id)?),
+        true => control::status_json(status, robots).to_string(),
+        false => control::status_line(status, robots),
     })
 }
 

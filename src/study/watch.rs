@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use regatta_plugin::Termination;
-use regatta_study::conduct::{Round, Watcher};
+use regatta_study::conduct::{Progress, Watcher};
 use regatta_study::workers::RunFailure;
 
 /// The time between two lines where standard error isn't a terminal.
@@ -20,11 +20,6 @@ pub struct Terminal {
     started: Instant,
     /// The time when the last line was written.
     told: Cell<Instant>,
-    round: Cell<u64>,
-    round_started: Cell<Instant>,
-    /// The round, and the number of its runs that have ended.
-    of_round: Cell<Round>,
-    done: Cell<u64>,
     finished: Cell<u64>,
     /// The failures of runs that were reported.
     failures: RefCell<BTreeSet<String>>,
@@ -47,10 +42,6 @@ impl Terminal {
             bar,
             started: now,
             told: Cell::new(now),
-            round: Cell::new(0),
-            round_started: Cell::new(now),
-            of_round: Cell::new(Round { runs: 0, side_by_side: 1, later: None }),
-            done: Cell::new(0),
             finished: Cell::new(0),
             failures: RefCell::default(),
         }
@@ -60,42 +51,20 @@ impl Terminal {
     pub fn finished(&self) -> u64 {
         self.finished.get()
     }
+}
 
-    fn tell(&self) {
-        let Round { runs, later, .. } = self.of_round.get();
-        let (runs, done) = (runs as u64, self.done.get());
-        if let Some(bar) = &self.bar {
-            bar.set_length(self.finished.get() + runs - done + later.unwrap_or(0) as u64);
-            bar.set_position(self.finished.get());
-            bar.set_message(self.line());
-        } else if done == 0 || self.told.get().elapsed() >= LINE_TIME {
-            self.told.set(Instant::now());
-            let secs = self.started.elapsed().as_secs();
-            regatta_plugin::tell!("{}, {secs} s so far", self.line());
-        }
-    }
-
-    /// The round, its runs, and the estimate of the rest: of the whole study, once something is
-    /// known.
-    fn line(&self) -> String {
-        let Round { runs, side_by_side, later } = self.of_round.get();
-        let (runs, done, round) = (runs as u64, self.done.get(), self.round.get());
-        let running = (runs - done).min(side_by_side as u64);
-        let line = format!("round {round}: {done} of {runs} runs done, {running} running");
-        let (ended, elapsed) = match later {
-            Some(_) => (self.finished.get(), self.started.elapsed()),
-            None => (done, self.round_started.get().elapsed()),
-        };
-        let left = runs - done + later.unwrap_or(0) as u64;
-        let to_go = match ended {
-            0 => String::new(),
-            ended => format!(", about {}", minutes(elapsed.mul_f64(left as f64 / ended as f64))),
-        };
-        match (later, to_go.is_empty()) {
-            (Some(later), _) => format!("{line}, some {later} later{to_go} to go in all"),
-            (None, false) => format!("{line}{to_go} to go in this round"),
-            (None, true) => line,
-        }
+/// Returns the round, its runs, and the estimate of the rest: of the whole study, once something is
+/// known of later rounds.
+fn line(progress: &Progress) -> String {
+    let Progress { round, runs, done, running, later, to_go, .. } = progress;
+    let line = format!("round {round}: {done} of {runs} runs done, {running} running");
+    let to_go = to_go.map(|time| format!(", about {} to go", minutes(time))).unwrap_or_default();
+    match later {
+        Some(0) => format!("{line}{to_go}"),
+        Some(later) if to_go.is_empty() => format!("{line}, some {later} later"),
+        Some(later) => format!("{line}, some {later} later{to_go} in all"),
+        None if to_go.is_empty() => line,
+        None => format!("{line}{to_go} in this round"),
     }
 }
 
@@ -111,8 +80,8 @@ impl Terminal {
     /// Writes a line above the bar.
     fn say(&self, line: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| regatta_plugin::tell!("{line}")),
-            None => regatta_plugin::tell!("{line}"),
+            Some(bar) => bar.suspend(|| regatta_plugin::tell!("study: {line}")),
+            None => regatta_plugin::tell!("study: {line}"),
         }
     }
 }
@@ -122,18 +91,18 @@ impl Watcher for Terminal {
         self.termination.requested()
     }
 
-    fn begin(&self, round: Round) {
-        self.of_round.set(round);
-        self.round.set(self.round.get() + 1);
-        self.done.set(0);
-        self.round_started.set(Instant::now());
-        self.tell();
-    }
-
-    fn end(&self) {
-        self.done.set(self.done.get() + 1);
-        self.finished.set(self.finished.get() + 1);
-        self.tell();
+    fn progress(&self, progress: &Progress) {
+        self.finished.set(progress.finished);
+        if let Some(bar) = &self.bar {
+            let left = progress.runs - progress.done + progress.later.unwrap_or(0);
+            bar.set_length(progress.finished + left as u64);
+            bar.set_position(progress.finished);
+            bar.set_message(line(progress));
+        } else if progress.done == 0 || self.told.get().elapsed() >= LINE_TIME {
+            self.told.set(Instant::now());
+            let secs = self.started.elapsed().as_secs();
+            regatta_plugin::tell!("study: {}, {secs} s so far", line(progress));
+        }
     }
 
     fn fail(&self, run: &str, failure: &RunFailure) {

@@ -1,19 +1,23 @@
 //! Conducts a study: asks sweeps for runs, gives them to workers, and puts the answer together.
 
+mod estimate;
 mod reliefs;
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::time::Duration;
 
 use crate::answer::{Answer, Chosen, PeaksAnswer, TimeAnswer};
 use crate::bottleneck::bottlenecks;
 use crate::job::{Ending, Job, JobId};
 use crate::outcome::Measured;
-use crate::plan::{Plan, PlanError, Question, Variant, robots_in_words};
+use crate::plan::{Plan, PlanError, Precision, Question, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
 use crate::sweep::{self, Curve, Known, Point, Run, RunResult, Step};
 use crate::workers::{Report, RunFailure, Task, Workers, WorkersError};
+
+use estimate::RunTimes;
 
 /// The part of the robots' time from which on waiting may be the reason for late orders.
 const MUCH_WAITING: f64 = 0.1;
@@ -22,25 +26,32 @@ const MUCH_WAITING: f64 = 0.1;
 pub trait Watcher {
     /// Whether the user wants it to end.
     fn is_interrupted(&self) -> bool;
-    /// Called when a round of runs begins.
-    fn begin(&self, round: Round);
-    /// Called when a run of the round has ended.
-    fn end(&self);
+    /// Called when a round of runs begins, and when a run of it has ended.
+    fn progress(&self, progress: &Progress);
     /// Called when a run has failed, with a description of it and its failure.
     fn fail(&self, run: &str, failure: &RunFailure);
     /// Called when a file of the study's folder isn't used as it is, with its path and the reason.
     fn doubt(&self, line: &str);
 }
 
-/// A round of runs.
+/// The progress of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Round {
-    /// The number of runs.
+pub struct Progress {
+    /// The number of the round, from 1.
+    pub round: u64,
+    /// The number of runs of the round.
     pub runs: usize,
-    /// The number of runs side by side.
-    pub side_by_side: usize,
+    /// The number of these that have ended.
+    pub done: usize,
+    /// The number of these that are under way.
+    pub running: usize,
+    /// The number of runs of all rounds that have ended.
+    pub finished: u64,
     /// The number of runs that are expected after this round; `None` as long as nothing is known.
     pub later: Option<usize>,
+    /// The time to the end of the study, or of the round as long as nothing is known of later ones;
+    /// `None` until a run has ended.
+    pub to_go: Option<Duration>,
 }
 
 /// The error of a study.
@@ -66,6 +77,11 @@ pub struct Conductor<'a> {
     store: &'a Store,
     workers: &'a mut dyn Workers,
     watcher: &'a dyn Watcher,
+    times: RunTimes,
+    /// The number of rounds so far.
+    rounds: u64,
+    /// The number of runs that have ended.
+    ended: u64,
 }
 
 /// A variant with its layout's file, and the known results of its runs.
@@ -90,7 +106,7 @@ impl<'a> Conductor<'a> {
         workers: &'a mut dyn Workers,
         watcher: &'a dyn Watcher,
     ) -> Self {
-        Self { plan, store, workers, watcher }
+        Self { plan, store, workers, watcher, times: RunTimes::default(), rounds: 0, ended: 0 }
     }
 
     /// Does all runs that aren't done yet, and returns the answer.
@@ -116,7 +132,8 @@ impl<'a> Conductor<'a> {
                 // The other variants need the runs of the first one at its knee, to be compared
                 // with it.
                 let others = runs(1..experiments.len(), robots, seeds);
-                self.round(&mut experiments, &others, Some(plan.reliefs * seeds.len()))?;
+                let later = self.runs_of_reliefs(point.robots);
+                self.round(&mut experiments, &others, Some(later))?;
             }
             chosen = self.look_at(&experiments[0], point);
             chosen.reliefs = self.relieve(&experiments[0], point, &chosen)?;
@@ -196,20 +213,36 @@ impl<'a> Conductor<'a> {
                 return Ok(curves);
             }
             wanted.sort_by_key(|wanted| (Reverse(wanted.run.0), wanted.run.1));
-            let later = self.later(experiments, wanted.len());
+            let later = self.later(experiments);
             self.round(experiments, &wanted, later)?;
         }
     }
 
-    /// Returns the number of runs that are expected after a round of the sweep: those of all
-    /// sweeps, and those that try reliefs.
-    fn later(&self, experiments: &[Experiment<'_>], runs: usize) -> Option<usize> {
+    /// Returns the robots of the runs that are expected after the next round of the sweep: those of
+    /// all sweeps, those that are compared with the first variant, and those that try reliefs.
+    fn later(&self, experiments: &[Experiment<'_>]) -> Option<Vec<u32>> {
         let Plan { question, robots, precision, .. } = self.plan;
-        let mut all = self.plan.reliefs * precision.least_seeds as usize;
+        let (mut later, mut chosen) = (Vec::new(), None);
         for experiment in experiments {
-            all += sweep::outlook(question, robots, precision, &experiment.known)?;
+            let outlook = sweep::outlook(question, robots, precision, &experiment.known)?;
+            later.extend(outlook.later.iter().map(|run| run.0));
+            chosen = chosen.or(outlook.chosen);
         }
-        Some(all.saturating_sub(runs))
+        if let Some(robots) = chosen {
+            if *question == Question::Knee {
+                let compared = (experiments.len() - 1) * precision.least_seeds as usize;
+                later.extend(std::iter::repeat_n(robots, compared));
+            }
+            later.extend(self.runs_of_reliefs(robots));
+        }
+        Some(later)
+    }
+
+    /// Returns the robots of the runs that are expected to try reliefs, before any has been tried.
+    fn runs_of_reliefs(&self, robots: u32) -> Vec<u32> {
+        let Precision { least_seeds, most_seeds, .. } = self.plan.precision;
+        let seeds = least_seeds.midpoint(most_seeds) as usize;
+        vec![robots; self.plan.reliefs * seeds]
     }
 
     fn job(&self, experiment: &Experiment<'_>, (robots, seed): Run) -> Job {
@@ -217,15 +250,16 @@ impl<'a> Conductor<'a> {
         experiment.variant.job(&experiment.layout, robots, seed, *time, program)
     }
 
-    /// Does runs of some experiments, except those that were done before. `later` is the number of
-    /// runs that are expected afterwards.
+    /// Does runs of some experiments, except those that were done before. `later` are the robots of
+    /// the runs that are expected afterwards.
     fn round(
         &mut self,
         experiments: &mut [Experiment<'_>],
         wanted: &[Wanted],
-        later: Option<usize>,
+        later: Option<Vec<u32>>,
     ) -> Result<(), StudyError> {
         let mut tasks = Vec::new();
+        let mut robots = BTreeMap::new();
         let mut by_id: BTreeMap<JobId, Vec<Wanted>> = BTreeMap::new();
         for &wanted in wanted {
             let experiment = &mut experiments[wanted.experiment];
@@ -248,18 +282,11 @@ impl<'a> Conductor<'a> {
             self.store.keep_job(&job)?;
             let (job, result) = (self.store.job_file(&id), self.store.result_file(&id));
             let layout = self.store.files().join(&experiment.layout);
+            robots.insert(id.clone(), wanted.run.0);
             tasks.push(Task { id, job, layout, result });
         }
         self.tell_doubts();
-        if !tasks.is_empty() {
-            let side_by_side = self.workers.size();
-            self.watcher.begin(Round { runs: tasks.len(), side_by_side, later });
-        }
-        let (watcher, mut reports) = (self.watcher, Vec::new());
-        let done = self.workers.run(&tasks, &|| watcher.is_interrupted(), &mut |report| {
-            watcher.end();
-            reports.push(report);
-        });
+        let (reports, done) = self.work(&tasks, robots, later.as_deref());
         // Also those that ended before an interrupt.
         for Report { id, failure, wall_secs } in reports {
             if let (None, Some(secs)) = (&failure, wall_secs) {
@@ -275,6 +302,45 @@ impl<'a> Conductor<'a> {
         }
         self.store.settle()?;
         Ok(done?)
+    }
+
+    /// Gives tasks to the workers; returns their reports. `robots` are those of each task.
+    fn work(
+        &mut self,
+        tasks: &[Task],
+        mut robots: BTreeMap<JobId, u32>,
+        later: Option<&[u32]>,
+    ) -> (Vec<Report>, Result<(), WorkersError>) {
+        if tasks.is_empty() {
+            return (Vec::new(), Ok(()));
+        }
+        let (watcher, side_by_side) = (self.watcher, self.workers.size());
+        self.rounds += 1;
+        let mut progress = Progress {
+            round: self.rounds,
+            runs: tasks.len(),
+            done: 0,
+            running: side_by_side.min(tasks.len()),
+            finished: self.ended,
+            later: later.map(<[u32]>::len),
+            to_go: None,
+        };
+        progress.to_go = self.times.to_go(all_robots(&robots, later), side_by_side);
+        watcher.progress(&progress);
+        let (times, mut reports) = (&mut self.times, Vec::new());
+        let done = self.workers.run(tasks, &|| watcher.is_interrupted(), &mut |report| {
+            if let (Some(robots), Some(secs)) = (robots.remove(&report.id), report.wall_secs) {
+                times.note(robots, secs);
+            }
+            progress.done += 1;
+            progress.finished += 1;
+            progress.running = side_by_side.min(tasks.len() - progress.done);
+            progress.to_go = times.to_go(all_robots(&robots, later), side_by_side);
+            watcher.progress(&progress);
+            reports.push(report);
+        });
+        self.ended = progress.finished;
+        (reports, done)
     }
 
     fn result(
@@ -337,6 +403,11 @@ fn runs(experiments: Range<usize>, robots: u32, seeds: &[u64]) -> Vec<Wanted> {
         runs.extend(seeds.iter().map(|&seed| Wanted { experiment, run: (robots, seed) }));
     }
     runs
+}
+
+/// Returns the robots of the runs of a round that haven't ended, and of later ones.
+fn all_robots(left: &BTreeMap<JobId, u32>, later: Option<&[u32]>) -> Vec<u32> {
+    left.values().chain(later.unwrap_or_default()).copied().collect()
 }
 
 /// Returns the mean number of robots that wait at a point.

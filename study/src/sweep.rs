@@ -18,7 +18,7 @@ use crate::statistics::Interval;
 use crate::workers::RunFailure;
 
 pub use least::Least;
-pub use outlook::outlook;
+pub use outlook::{Outlook, outlook};
 
 /// The figures of a finished run, or the reason why it failed.
 pub type RunResult = Result<Measured, RunFailure>;

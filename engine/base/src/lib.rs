@@ -29,4 +29,4 @@ mod thousands;
 pub mod yaml;
 
 pub use ln::ln;
-pub use thousands::thousands;
+pub use thousands::{grouped, thousands};

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use regatta_base::{grouped, thousands};
 use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventKind;
@@ -354,10 +355,10 @@ impl FleetManager {
         if self.cli.summary {
             let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
             print!(
-                "robots        {} for {:.0} simulated seconds\n{}{}{}cycles        {mean:.2} ms on \
+                "robots        {} for {} simulated seconds\n{}{}{}cycles        {mean:.2} ms on \
                  average, {longest:.1} ms at most\n",
-                run.robots,
-                run.now_secs,
+                thousands(run.robots as u64),
+                grouped(run.now_secs, 0),
                 figures.table(),
                 storage_lines(&manager.orders().storages()),
                 run.table()

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use regatta_base::grouped;
 use regatta_plugin::activity::Activity;
 use serde_json::{Map, Value, json};
 
@@ -235,11 +236,11 @@ impl Effort {
             .map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity)))
             .collect();
         format!(
-            "robots' time  {:.1} % with an order: {}\ndriven        {:.1} km, {:.1} % of it \
+            "robots' time  {:.1} % with an order: {}\ndriven        {} km, {:.1} % of it \
              empty\n",
             100.0 * self.utilisation(),
             shares.join(", "),
-            metres / 1e3,
+            grouped(metres / 1e3, 1),
             100.0 * ratio(self.empty_metres, metres),
         )
     }

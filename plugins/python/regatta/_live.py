@@ -17,7 +17,7 @@ from regatta._fleet import Fleet
 from regatta._frame import Frame
 from regatta._frames import Frames
 from regatta._open import Closes
-from regatta._program import end, find_program
+from regatta._program import end, environment, find_program
 from regatta._study import Study, study
 
 TIMEOUT_SECS = 1_000_000
@@ -63,10 +63,10 @@ class Run(Closes):
         command += [] if seed is None else ["--seed", str(seed)]
         command += ["--trust"] if trust else []
         # The program that steps the run shows it: no window opens beside it.
-        environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        variables = {key: value for key, value in environment().items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
         self._errors = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors, env=environment
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors, env=variables
         )
         self._end = weakref.finalize(self, end, self._process, self._errors)
         self.fleet = Fleet(name, name)

@@ -11,6 +11,9 @@ from typing import IO
 PROGRAM_VARIABLE = "REGATTA_PROGRAM"
 """The environment variable with the program, instead of ``regatta``."""
 
+PARENT_VARIABLE = "REGATTA_PARENT"
+"""The environment variable with the process that the program ends with, however that one ends."""
+
 END_SECS = 10.0
 """The time, in seconds, within which a process ends that is asked to."""
 
@@ -22,6 +25,11 @@ def find_program() -> str | None:
     """
     path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)])
     return shutil.which(os.environ.get(PROGRAM_VARIABLE, "regatta"), path=path)
+
+
+def environment() -> dict[str, str]:
+    """Returns the environment of a program that ends with this process, also if a signal kills it (on Linux)."""
+    return os.environ | {PARENT_VARIABLE: str(os.getpid())}
 
 
 def end(process: subprocess.Popen[bytes], errors: IO[bytes]) -> None:

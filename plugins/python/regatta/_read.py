@@ -17,7 +17,7 @@ from regatta._errors import ReadError
 from regatta._fleet import Fleet
 from regatta._frame import Frame
 from regatta._frames import Frames
-from regatta._program import end, find_program
+from regatta._program import end, environment, find_program
 from regatta._table import Rows, joined, package, rows_of, to_pandas, to_polars
 from regatta._termination import Termination
 
@@ -39,7 +39,7 @@ class Recording(Frames):
     The program ``regatta replay`` publishes the recording as a fleet of its own, and waits for each turn of the loop.
     So ``frame.world`` and ``frame.columns`` work as with a live fleet, and ``recording.fleet.events().take()`` has the
     recorded events up to the frame's tick. The replay ends with this object: when it is closed, when nothing refers to
-    it any more, or with the program (one that a signal kills can't end it).
+    it any more, or with the program.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -53,7 +53,7 @@ class Recording(Frames):
         command += ["--lockstep-timeout", str(TIMEOUT_SECS)]
         self._errors = tempfile.TemporaryFile()
         self._replay = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors, env=environment()
         )
         self._end = weakref.finalize(self, end, self._replay, self._errors)
         super().__init__(Fleet(name, name), None)

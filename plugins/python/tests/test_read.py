@@ -4,6 +4,7 @@ import csv
 import gc
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,26 @@ def test_a_loop_may_end_early_and_a_file_that_is_no_recording_is_an_error(tmp_pa
 def replays(path: Path) -> list[str]:
     """Returns the command lines of the replays of a file."""
     return [arguments for arguments in processes().values() if f"replay {path}" in arguments]
+
+
+def test_a_replay_ends_with_a_program_that_is_killed(tmp_path: Path) -> None:
+    path = record(tmp_path)
+    code = f"import regatta, time; r = regatta.read({str(path)!r}); next(iter(r)); print('open', flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as reader:
+        assert reader.stdout is not None
+        assert reader.stdout.readline() == "open\n"
+        assert replays(path)
+        reader.kill()
+    eventually("the end of the replay", lambda: None if replays(path) else True)
+
+
+def test_a_replay_outlives_the_thread_that_opened_it(tmp_path: Path) -> None:
+    path, opened = record(tmp_path), []
+    thread = threading.Thread(target=lambda: opened.append(regatta.read(path)))
+    thread.start()
+    thread.join()
+    with opened[0] as recording:
+        assert sum(1 for _ in recording) == 51
 
 
 def exported(path: Path) -> list[dict[str, str]]:

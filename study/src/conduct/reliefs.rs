@@ -73,7 +73,8 @@ impl Conductor<'_> {
                             .into_iter()
                             .map(|(index, run)| Wanted { experiment: index + 1, run }),
                     );
-                    self.round(&mut experiments, &wanted, None)?;
+                    let later = vec![robots; race.outlook()];
+                    self.round(&mut experiments, &wanted, Some(later))?;
                     continue;
                 }
             };

@@ -1,5 +1,7 @@
 //! The content of the page, as blocks.
 
+use regatta_base::{grouped, thousands};
+
 use super::assumptions::{assumptions, of_type, repeat};
 use super::caveats::{caveats, has_findings, safety};
 use super::chart::{Chart, ChartPoint, Series, chart};
@@ -193,8 +195,8 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
     let mut rows = vec![head];
     for point in &variant.points {
         let is_answer = variant.robots() == Some(point.robots);
-        let robots =
-            if is_answer { format!("**{}**", point.robots) } else { point.robots.to_string() };
+        let robots = thousands(point.robots.into());
+        let robots = if is_answer { format!("**{robots}**") } else { robots };
         let mut row = vec![
             robots,
             orders_in_words(point).unwrap_or_else(|| NONE.to_owned()),
@@ -206,7 +208,7 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             text(point.utilisation, percent),
             text(point.waiting, percent),
             text(point.empty, percent),
-            point.contacts.to_string(),
+            thousands(point.contacts),
             point.stalled().count().to_string(),
             point.runs.len().to_string(),
         ];
@@ -253,9 +255,9 @@ fn comparison_blocks(answer: &Answer, comparison: &Comparison) -> Vec<Block> {
         let Difference { robots, base, more_orders_per_hour } = difference;
         let other = base + more_orders_per_hour.mean;
         rows.push(vec![
-            robots.to_string(),
-            format!("{base:.0}"),
-            format!("{other:.0}"),
+            thousands((*robots).into()),
+            grouped(*base, 0),
+            grouped(other, 0),
             in_words(difference),
         ]);
     }

@@ -1,5 +1,7 @@
 //! The cost of fleets: sentences, plots, a table and the definitions.
 
+use regatta_base::grouped;
+
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::content::NONE;
 use super::stack::{Bar, Part, stack};
@@ -264,15 +266,7 @@ fn money(amount: f64) -> String {
     if amount.abs() < 999.995 {
         return format!("{amount:.2}");
     }
-    let digits = format!("{amount:.0}");
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    grouped(amount, 0)
 }
 
 /// A mean with its interval, if there is a spread.

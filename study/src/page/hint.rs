@@ -1,5 +1,6 @@
 //! Texts that a browser shows while the pointer is on a part of a plot.
 
+use regatta_base::grouped;
 use regatta_base::svg::escape;
 
 /// A text for an area of a plot.
@@ -43,7 +44,7 @@ pub(super) fn value(value: f64) -> String {
         0.0 => "0".to_owned(),
         ..10.0 => format!("{value:.2}"),
         ..100.0 => format!("{value:.1}"),
-        _ => format!("{value:.0}"),
+        _ => grouped(value, 0),
     }
 }
 
@@ -57,6 +58,6 @@ mod tests {
         add_hints(&mut svg, &[Hint::of_point((20, 30), "a < b: 3".to_owned())]);
         let area = "<rect x=\"12\" y=\"22\" width=\"16\" height=\"16\" fill-opacity=\"0\">";
         assert_eq!(svg, format!("<svg>\n{area}<title>a &lt; b: 3</title></rect>\n</svg>\n"));
-        assert_eq!([0.0, 0.123, 12.34, 1234.5].map(value), ["0", "0.12", "12.3", "1234"]);
+        assert_eq!([0.0, 0.123, 12.34, 1234.5].map(value), ["0", "0.12", "12.3", "1,234"]);
     }
 }

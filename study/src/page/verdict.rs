@@ -1,5 +1,7 @@
 //! The first sentences of the page: the answer.
 
+use regatta_base::grouped;
+
 use super::Block;
 use super::least::of_least;
 use crate::answer::{Answer, KneeAnswer, NoRoom, PointAnswer, RunAnswer, VariantAnswer};
@@ -425,7 +427,7 @@ fn with_interval(interval: &Interval) -> String {
 
 fn orders_an_hour(interval: &Interval, kind: Kind) -> String {
     let decimals = if interval.mean < 100.0 { 1 } else { 0 };
-    in_words(interval, kind, "", |value| format!("{value:.decimals$}"))
+    in_words(interval, kind, "", |value| grouped(value, decimals))
 }
 
 #[cfg(test)]

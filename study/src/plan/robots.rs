@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use regatta_base::thousands;
 use serde::Deserialize;
 
 /// The numbers of robots that are tried.
@@ -38,7 +39,7 @@ impl Robots {
 
 /// Returns a number of robots in words: `1 robot`, `5 robots`.
 pub fn robots_in_words(robots: u32) -> String {
-    format!("{robots} robot{}", if robots == 1 { "" } else { "s" })
+    format!("{} robot{}", thousands(robots.into()), if robots == 1 { "" } else { "s" })
 }
 
 /// The error of parsing [`Robots`].

@@ -10,7 +10,8 @@
 use super::{Candidate, Measure, Relief, Verdict};
 use crate::outcome::{Measured, RunEnd};
 use crate::statistics::Interval;
-use crate::sweep::{Known, Run};
+use crate::sweep::{Known, Run, RunResult};
+use crate::workers::RunFailure;
 
 /// The part of the figure under which a relief brings too little.
 const LEAST_GAIN: f64 = 0.01;
@@ -79,6 +80,33 @@ impl Race<'_> {
             }
             seeds += 1;
         }
+    }
+
+    /// Returns the number of runs that are expected after the next round: the race is continued on
+    /// guesses, by which further seeds repeat the finished ones. Before the first round, each
+    /// candidate is expected to get half of the further seeds.
+    pub fn outlook(&self) -> usize {
+        let [least, most] = self.seeds;
+        if self.known.iter().any(|known| known.is_empty()) {
+            return self.known.len() * (most - least) as usize / 2;
+        }
+        let mut base = self.base.clone();
+        let mut known: Vec<Known> = self.known.iter().map(|known| (*known).clone()).collect();
+        let mut rounds = Vec::new();
+        loop {
+            let Race { robots, measure, seeds, .. } = *self;
+            let known_now = known.iter().collect();
+            let race = Race { robots, measure, seeds, base: &base, known: known_now };
+            let Round::Needs { base: of_base, candidates } = race.next() else { break };
+            rounds.push(of_base.len() + candidates.len());
+            for run in of_base {
+                base.insert(run, guess(self.base, run));
+            }
+            for (index, run) in candidates {
+                known[index].insert(run, guess(self.known[index], run));
+            }
+        }
+        rounds.iter().skip(1).sum()
     }
 
     /// Returns the runs up to a seed that aren't finished; `None` if there are none.
@@ -186,6 +214,16 @@ impl Standing {
     /// The number of its seeds.
     pub fn seeds(&self) -> u64 {
         self.seeds
+    }
+}
+
+/// Guesses the result of a run: the finished ones are repeated.
+fn guess(known: &Known, (robots, seed): Run) -> RunResult {
+    let finished: Vec<&RunResult> =
+        known.range((robots, 0)..=(robots, u64::MAX)).map(|(_, result)| result).collect();
+    match finished.get(seed as usize % finished.len().max(1)) {
+        Some(result) => (*result).clone(),
+        None => Err(RunFailure::Failed(String::new())),
     }
 }
 

@@ -9,25 +9,45 @@ use crate::plan::{Precision, Question, Robots};
 /// The largest number of rounds that are guessed.
 const MAX_ROUNDS: usize = 64;
 
-/// Returns the number of runs that a sweep is expected to need yet, those of its next step
-/// included. Runs that aren't finished are taken to give what the finished ones suggest; `None` if
-/// there are none.
+/// The rest of a sweep, as it is expected.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outlook {
+    /// The runs of the next step.
+    pub next: Vec<Run>,
+    /// The runs after these.
+    pub later: Vec<Run>,
+    /// The number of robots that the answer is expected to be about.
+    pub chosen: Option<u32>,
+}
+
+/// Returns the expected rest of a sweep. Runs that aren't finished are taken to give what the
+/// finished ones suggest; `None` if there are none.
 pub fn outlook(
     question: &Question,
     robots: &Robots,
     precision: &Precision,
     known: &Known,
-) -> Option<usize> {
+) -> Option<Outlook> {
     let means = means(known);
-    let (mut guessed, mut count) = (known.clone(), 0);
+    let (mut guessed, mut outlook) = (known.clone(), Outlook::default());
     for _ in 0..MAX_ROUNDS {
-        let Step::Needs(runs) = next(question, robots, precision, &guessed) else { break };
-        count += runs.len();
-        for run in runs {
+        let runs = match next(question, robots, precision, &guessed) {
+            Step::Needs(runs) => runs,
+            Step::Done(curve) => {
+                outlook.chosen = curve.robots(curve.chosen());
+                break;
+            }
+        };
+        for &run in &runs {
             guessed.insert(run, Ok(guess(known, &means, run)?));
         }
+        if outlook.next.is_empty() {
+            outlook.next = runs;
+        } else {
+            outlook.later.extend(runs);
+        }
     }
-    Some(count)
+    Some(outlook)
 }
 
 /// The mean throughput of the finished runs, by the number of robots.

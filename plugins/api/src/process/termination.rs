@@ -91,25 +91,33 @@ impl Termination {
         Ok(termination)
     }
 
-    /// Sets the flag when the process that started this one has ended.
+    /// Asks this process to end when the process that started it has ended, or an older ancestor
+    /// that set [`PARENT_VARIABLE`].
+    ///
+    /// A thread waits for that end. The kernel's own signal for it (`PR_SET_PDEATHSIG`) comes when
+    /// the *thread* that started this process ends, so it is the choice of old kernels alone.
     #[cfg(target_os = "linux")]
     fn follow(&self, parent: i32) {
+        use rustix::io::Errno;
         use rustix::process::{
-            Pid, Signal, getppid, set_parent_process_death_signal, test_kill_process,
+            Pid, PidfdFlags, Signal, getppid, pidfd_open, set_parent_process_death_signal,
         };
         let Some(parent) = Pid::from_raw(parent) else { return };
-        if getppid() == Some(parent) {
-            // On an error, this process has to be ended by hand.
-            let _ = set_parent_process_death_signal(Some(Signal::TERM));
-        }
-        // It may have died before that call, or be a more distant ancestor, whose death isn't
-        // signalled.
-        if getppid() != Some(parent) && test_kill_process(parent).is_err() {
-            self.0.store(true, Ordering::Relaxed);
+        match pidfd_open(parent, PidfdFlags::empty()) {
+            Ok(parent) => {
+                let waiting = std::thread::Builder::new().name("parent".to_owned());
+                // On an error, this process has to be ended by hand.
+                let _ = waiting.spawn(move || end_after(&parent));
+            }
+            Err(Errno::SRCH) => self.0.store(true, Ordering::Relaxed),
+            Err(_) if getppid() == Some(parent) => {
+                let _ = set_parent_process_death_signal(Some(Signal::TERM));
+            }
+            Err(_) => {}
         }
     }
 
-    /// Other systems offer no such signal.
+    /// Other systems don't tell that.
     #[cfg(not(target_os = "linux"))]
     fn follow(&self, _parent: i32) {}
 
@@ -122,4 +130,17 @@ impl Termination {
     pub fn requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// Waits until a process has ended, and sends `SIGTERM` to this one, which also wakes a thread that
+/// sleeps.
+#[cfg(target_os = "linux")]
+fn end_after(process: &std::os::fd::OwnedFd) {
+    use rustix::event::{PollFd, PollFlags, poll};
+    use rustix::process::{Signal, getpid, kill_process};
+
+    while let Err(rustix::io::Errno::INTR) = poll(&mut [PollFd::new(process, PollFlags::IN)], None)
+    {
+    }
+    let _ = kill_process(getpid(), Signal::TERM);
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use regatta_base::{grouped, thousands};
 use serde::Serialize;
 
 use super::order::{Order, State};
@@ -171,10 +172,14 @@ impl Figures {
     /// The figures as lines of a name and its values, for people.
     pub fn table(&self) -> String {
         let ByState { finished, failed, cancelled, unroutable, unplaced, .. } = self.orders;
-        let mut orders = format!("{finished} finished ({:.0} an hour)", self.orders_per_hour);
+        let mut orders = format!(
+            "{} finished ({} an hour)",
+            thousands(finished as u64),
+            grouped(self.orders_per_hour, 0)
+        );
         if self.unserved > 0 {
-            let (count, secs) = (self.unserved, self.longest_unserved_secs);
-            let _ = write!(orders, ", {count} not begun (for {secs:.0} s at most)");
+            let (count, secs) = (thousands(self.unserved as u64), self.longest_unserved_secs);
+            let _ = write!(orders, ", {count} not begun (for {} s at most)", grouped(secs, 0));
         }
         for (count, word) in [
             (self.late, "late"),
@@ -184,7 +189,7 @@ impl Figures {
             (unplaced, "waiting for a storage place"),
         ] {
             if count > 0 {
-                let _ = write!(orders, ", {count} {word}");
+                let _ = write!(orders, ", {} {word}", thousands(count as u64));
             }
         }
         let lines = [self.waiting.line("response time"), self.service.line("service time")];
@@ -201,6 +206,10 @@ mod tests {
         let orders = ByState { finished: 12, ..ByState::default() };
         let figures = Figures { orders, orders_per_hour: 24.0, ..Figures::default() };
         assert_eq!(figures.table(), "orders        12 finished (24 an hour)\n");
+        let many = Figures { orders_per_hour: 10_900.4, unserved: 2_000, ..figures };
+        let line =
+            "orders        12 finished (10,900 an hour), 2,000 not begun (for 0 s at most)\n";
+        assert_eq!(many.table(), line);
         let late = Figures { late: 2, service: Durations::of(&[4.0, 8.0]), ..figures };
         assert_eq!(
             late.table(),

@@ -6,6 +6,7 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use regatta_base::thousands;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
 
@@ -53,8 +54,8 @@ fn of_state(state_counts: &StateCounts, state: usize) -> Group {
 
 /// Draws a bar for each group, or for those with robots if there is no room for all.
 pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, mut groups: Vec<Group>, robots: u64) {
-    let area = section(frame, area, "robots", Span::styled(format::count(robots), theme::strong()));
-    let digits = format::count(robots).len().max(3);
+    let area = section(frame, area, "robots", Span::styled(thousands(robots), theme::strong()));
+    let digits = thousands(robots).len().max(3);
     let width = usize::from(area.width).saturating_sub(8 + digits + 2);
     // If there is no room for all, groups without robots are left out.
     while groups.len() > usize::from(area.height)
@@ -69,7 +70,7 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, mut groups: Vec<Group>, ro
         lines.push(Line::from(vec![
             Span::styled(format!("{:<8}", group.name), theme::quiet()),
             Span::styled(bar, theme::text(group.colour)),
-            Span::styled(format!("  {:>digits$}", format::count(group.robots)), style),
+            Span::styled(format!("  {:>digits$}", thousands(group.robots)), style),
         ]));
     }
     frame.render_widget(Paragraph::new(lines), area);
@@ -132,7 +133,7 @@ fn distance_figures(view: &View, run: &Run) -> [Figure; 4] {
         .map(|tick| run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64());
     [
         ("mean speed", format!("{:.2} m/s", run.state_counts.mean_speed()).into()),
-        ("frames", format::count(run.frames).into()),
+        ("frames", thousands(run.frames).into()),
         (
             "collisions ever",
             collisions
@@ -149,7 +150,7 @@ fn unknown() -> Span<'static> {
 
 /// Formats a count of problems, coloured unless it is 0.
 fn problem_count(count: u64, colour: Color) -> Span<'static> {
-    Span::styled(format::count(count), if count > 0 { theme::text(colour) } else { Style::new() })
+    Span::styled(thousands(count), if count > 0 { theme::text(colour) } else { Style::new() })
 }
 
 #[cfg(test)]

@@ -2,12 +2,7 @@
 
 use std::time::Duration;
 
-/// Formats a count in groups of three digits: `12,345`.
-pub fn count(count: u64) -> String {
-    let digits = count.to_string();
-    let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
-    groups.join(",")
-}
+use regatta_base::thousands;
 
 /// Formats seconds in the unit that gives two or three digits: `12 µs`, `1.23 ms`.
 pub fn seconds(seconds: f64) -> String {
@@ -51,7 +46,7 @@ pub fn factor(factor: f64) -> String {
     match factor {
         f if f < 9.9995 => format!("{f:.3}"),
         f if f < 999.95 => format!("{f:.1}"),
-        f => count(f.round() as u64),
+        f => thousands(f.round() as u64),
     }
 }
 
@@ -61,7 +56,6 @@ mod tests {
 
     #[test]
     fn numbers_are_human_readable() {
-        assert_eq!([0, 999, 1_000, 12_345_678].map(count), ["0", "999", "1,000", "12,345,678"]);
         let times = [0.0, 12.4e-6, 999.4e-6, 999.6e-6, 0.012_34, 0.5, 3.21].map(seconds);
         assert_eq!(times, ["0 µs", "12 µs", "999 µs", "1.00 ms", "12.3 ms", "500 ms", "3.2 s"]);
         let clocks = [1_230, 61_230, 3_723_450].map(|millis| clock(Duration::from_millis(millis)));

@@ -4,6 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
+use regatta_base::thousands;
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 
 use super::table::Column;
@@ -69,9 +70,9 @@ fn draw_column(frame: &mut Frame<'_>, area: Rect, pairs: &[ContactRecord], run: 
 
 /// Formats the numbers of pairs.
 fn totals(pairs: &ContactHeader) -> Line<'static> {
-    let touching = format!("{} touching", format::count(pairs.touching.into()));
+    let touching = format!("{} touching", thousands(pairs.touching.into()));
     let capped = if pairs.capped != 0 { ", and more" } else { "" };
-    let possible = format!(", {} possible{capped}", format::count(pairs.possible.into()));
+    let possible = format!(", {} possible{capped}", thousands(pairs.possible.into()));
     let style = if pairs.touching > 0 { theme::text(theme::BAD) } else { theme::text(theme::GOOD) };
     Line::from(vec![Span::styled(touching, style), Span::styled(possible, theme::quiet())])
 }
@@ -117,7 +118,7 @@ pub fn draw_jams(frame: &mut Frame<'_>, area: Rect, jams: Option<&[Jam]>) {
     }
     let figures = || jams.iter().map(|jam| &jam.figures);
     let waited = figures().map(|edge| format::seconds(edge.waiting_secs.into()).into());
-    let entered = figures().map(|edge| format::count(edge.entered_per_hour.round() as u64).into());
+    let entered = figures().map(|edge| thousands(edge.entered_per_hour.round() as u64).into());
     let robots = figures().map(|edge| format!("{:.1}", edge.occupancy).into());
     let speed = figures().map(|edge| format!("{:.0} %", 100.0 * edge.relative_speed).into());
     let columns = vec![
@@ -140,7 +141,7 @@ fn edge_name(jam: &Jam) -> Span<'static> {
 /// Draws the processes of the fleet with their processor time and memory.
 pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let processes = &view.snapshot.processes;
-    let count = Span::styled(format::count(processes.len() as u64), theme::strong());
+    let count = Span::styled(thousands(processes.len() as u64), theme::strong());
     let area = section(frame, area, "processes", count);
     if let Some(error) = &view.process_error {
         return draw_hint(frame, area, error);

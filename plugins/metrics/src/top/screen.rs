@@ -6,6 +6,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Stylize;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Padding, Paragraph, Wrap};
+use regatta_base::thousands;
 use regatta_plugin::frame::ClockState;
 
 use super::table::fitted;
@@ -124,7 +125,7 @@ fn head_line(view: &View) -> Line<'_> {
         spans.push(Span::from(format!("● {word}")).style(theme::text(colour)).bold());
         spans.push(Span::from(format!("  {}   ", format::speed(run.speed))));
         spans.extend([Span::styled("t ", theme::quiet()), format::clock(run.sim_time).into()]);
-        spans.extend([Span::styled("   tick ", theme::quiet()), format::count(run.tick).into()]);
+        spans.extend([Span::styled("   tick ", theme::quiet()), thousands(run.tick).into()]);
     }
     Line::from(spans)
 }

@@ -6,6 +6,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
+use regatta_base::thousands;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::work::WorkFigures;
 
@@ -96,7 +97,7 @@ fn numbers(orders: &OrderFigures, per_hour: Option<u64>) -> Line<'static> {
     let mut spans = Vec::new();
     for (count, what, style) in counts {
         if let Some(count) = count {
-            spans.push(Span::styled(format!("{} {what}", format::count(count)), style));
+            spans.push(Span::styled(format!("{} {what}", thousands(count)), style));
         }
     }
     separated(spans, ", ")
@@ -108,7 +109,7 @@ fn robots(work: &Work) -> Line<'static> {
     for activity in ORDER {
         let robots = work.robots[activity as usize];
         if robots > 0 {
-            let text = format!("{} {}", format::count(robots), activity.name());
+            let text = format!("{} {}", thousands(robots), activity.name());
             let mark = Span::styled("■", theme::text(theme::of_activity(activity)));
             line.push_span(Span::raw(if line.spans.is_empty() { "" } else { "  " }));
             line.spans.extend([mark, Span::raw(" "), Span::from(text)]);
@@ -143,8 +144,7 @@ fn run_times(run: &WorkFigures) -> Line<'static> {
     add_figure(&mut spans, "service p50 ", p50, "  ");
     add_figure(&mut spans, "p99 ", p99, "  ");
     add_figure(&mut spans, "waiting ", Some(percent(f64::from(run.waiting))), "  ");
-    let busy =
-        format!("{} of {}", format::count(run.busy.into()), format::count(run.robots.into()));
+    let busy = format!("{} of {}", thousands(run.busy.into()), thousands(run.robots.into()));
     add_figure(&mut spans, "busy ", Some(busy), " robots");
     Line::from(spans)
 }
@@ -184,7 +184,7 @@ fn percent(part: f64) -> String {
 
 /// Formats seconds of simulated time with one decimal below ten.
 fn seconds(seconds: f64) -> String {
-    if seconds < 9.95 { format!("{seconds:.1}") } else { format::count(seconds.round() as u64) }
+    if seconds < 9.95 { format!("{seconds:.1}") } else { thousands(seconds.round() as u64) }
 }
 
 fn separated(spans: Vec<Span<'static>>, separator: &'static str) -> Line<'static> {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import socket
 import subprocess
 import tempfile
@@ -11,10 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple, TypedDict
 
-from regatta._program import find_program
-
-PARENT_VARIABLE = "REGATTA_PARENT"
-"""The program ends when the process with this id does."""
+from regatta._program import environment, find_program
 
 UNWRITABLE = 74
 """The exit code of a run whose result can't be written."""
@@ -132,9 +128,8 @@ def _run_in(
 
 def _exit(command: list[str], is_wanted: Callable[[], bool]) -> Exit | None:
     """Runs a program to its end. Returns ``None`` if it isn't wanted any more."""
-    environment = os.environ | {PARENT_VARIABLE: str(os.getpid())}
     child = subprocess.Popen(
-        command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        command, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
     try:
         while is_wanted():
