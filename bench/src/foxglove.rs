@@ -24,6 +24,8 @@ use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Message, WebSocket, client};
 
+use crate::reading::processor_secs_of;
+
 /// The loads: number of robots, channel.
 const LOADS: [(u32, &str); 4] =
     [(10_000, "/robots"), (100_000, "/robots"), (100_000, "/frames"), (100_000, "/poses")];
@@ -36,8 +38,6 @@ const SCENARIO: &str = "foxglove.yaml";
 const WARM_UP: Duration = Duration::from_secs(2);
 /// The longest time until the plugin listens, and between two messages.
 const LONGEST: Duration = Duration::from_secs(60);
-/// The clock ticks of Linux in a second.
-const CLOCK_HZ: f64 = 100.0;
 /// The byte that messages of channels begin with, and the bytes of their times.
 const MESSAGE_DATA: u8 = 1;
 const TIME: std::ops::Range<usize> = 5..13;
@@ -131,10 +131,10 @@ fn measure(
     let is_over = Arc::new(AtomicBool::new(false));
     let reader = read(socket, Arc::clone(&is_over));
     sent_for(&mut experiment, WARM_UP)?;
-    let (late, cpu) = (experiment.status()?.late_ticks, processor_secs(pid)?);
+    let (late, cpu) = (experiment.status()?.late_ticks, processor_secs_of(pid)?);
     let started = Instant::now();
     let sent = sent_for(&mut experiment, time)?;
-    let cores = (processor_secs(pid)? - cpu) / started.elapsed().as_secs_f64();
+    let cores = (processor_secs_of(pid)? - cpu) / started.elapsed().as_secs_f64();
     let late_ticks = experiment.status()?.late_ticks - late;
     // The last frame arrives a while later.
     std::thread::sleep(Duration::from_millis(500));
@@ -229,15 +229,6 @@ fn sent_for(experiment: &mut Experiment, time: Duration) -> Result<BTreeMap<u64,
         started.elapsed() >= time
     })?;
     Ok(sent)
-}
-
-/// Returns the processor time of a process, in seconds.
-fn processor_secs(pid: u32) -> Result<f64, Failure> {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat"))?;
-    // The name of the program, in parentheses, may contain anything.
-    let (_, fields) = stat.rsplit_once(')').ok_or("/proc has another format")?;
-    let ticks = fields.split_whitespace().skip(11).take(2);
-    Ok(ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / CLOCK_HZ)
 }
 
 fn markdown(figures: &[Figures], environment: &str) -> String {

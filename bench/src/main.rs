@@ -12,6 +12,7 @@ mod runs;
 mod scaling;
 mod study;
 mod udp;
+mod vda5050;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -55,6 +56,8 @@ enum Command {
     Study(study::StudyArgs),
     /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
     Udp(udp::UdpArgs),
+    /// Measure a virtual fleet of VDA 5050 on a broker: processor time, states, orders.
+    Vda5050(vda5050::Vda5050Args),
 }
 
 fn main() -> ExitCode {
@@ -101,5 +104,6 @@ fn run(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Scaling(args) => scaling::run(&program, args),
         Command::Study(args) => study::run(&program, args),
         Command::Udp(args) => udp::run(&program, args),
+        Command::Vda5050(args) => vda5050::run(&program, args),
     }
 }

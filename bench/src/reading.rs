@@ -99,6 +99,18 @@ pub fn run(program: &Program, args: &ReadingArgs) -> Result<ExitCode, Failure> {
 /// The clock ticks of Linux in a second.
 const CLOCK_HZ: f64 = 100.0;
 
+/// Returns the processor time of a process, in seconds.
+///
+/// # Errors
+/// Where there is no `/proc`.
+pub fn processor_secs_of(pid: u32) -> Result<f64, Failure> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat"))?;
+    // The name of the program, in parentheses, may contain anything.
+    let (_, fields) = stat.rsplit_once(')').ok_or("/proc has another format")?;
+    let ticks = fields.split_whitespace().skip(11).take(2);
+    Ok(ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / CLOCK_HZ)
+}
+
 /// Returns the processor time in seconds of all child processes that have ended, which other
 /// programs on the machine hardly change; `None` if the system doesn't tell it.
 pub fn processor_secs() -> Option<f64> {

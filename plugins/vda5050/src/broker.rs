@@ -3,8 +3,11 @@
 //! All connections live on one thread. They are made again when they are lost; what is published
 //! meanwhile is left out, as quality of service 0 has it.
 
+mod interference;
+
 use core::fmt;
 use core::str::FromStr;
+use std::cell::RefCell;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,9 +19,12 @@ use std::time::{Duration, Instant, SystemTime};
 use rumqttc::{AsyncClient, Event, EventLoop, LastWill, MqttOptions, Outgoing, Packet};
 use rumqttc::{PublishOptions, QoS};
 use tokio::runtime::{Builder, Handle};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 
+use crate::disturb::Disturbances;
 use crate::message::Topic;
+use interference::Interference;
 
 /// The port of brokers.
 const PORT: u16 = 1883;
@@ -172,7 +178,7 @@ pub struct Session {
 }
 
 /// News from a broker.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Incoming {
     /// A connection is there, also again.
     Connected {
@@ -208,6 +214,8 @@ pub struct Broker {
     room: Arc<Semaphore>,
     sender: SyncSender<Waiting>,
     receiver: Receiver<Waiting>,
+    incoming: RefCell<Option<Interference<Incoming>>>,
+    outgoing: RefCell<Option<Interference<Letter>>>,
     live: Arc<AtomicUsize>,
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -216,11 +224,21 @@ pub struct Broker {
 /// News that wait, with the part of the room for them.
 type Waiting = (Incoming, OwnedSemaphorePermit);
 
+/// A message on its way to the broker.
+#[derive(Clone, Debug)]
+struct Letter {
+    link: usize,
+    topic: String,
+    message: Vec<u8>,
+}
+
 /// A connection.
 #[derive(Debug)]
 struct Link {
     client: AsyncClient,
     is_up: Arc<AtomicBool>,
+    /// The times for which it is to be lost.
+    cuts: UnboundedSender<Duration>,
 }
 
 impl Broker {
@@ -245,10 +263,21 @@ impl Broker {
             room: Arc::new(Semaphore::new(INCOMING_BYTES)),
             sender,
             receiver,
+            incoming: RefCell::default(),
+            outgoing: RefCell::default(),
             live: Arc::default(),
             end: Some(end),
             thread: Some(thread),
         })
+    }
+
+    /// Disturbs the transmission of messages that are sent at most once.
+    pub fn disturbed(self, disturbances: &Disturbances) -> Self {
+        Self {
+            incoming: RefCell::new(Interference::new(disturbances, 0)),
+            outgoing: RefCell::new(Interference::new(disturbances, 1)),
+            ..self
+        }
     }
 
     /// Makes a connection, and makes it again whenever it is lost. Returns its number.
@@ -257,12 +286,14 @@ impl Broker {
         let options = self.options(session);
         let (client, events) = AsyncClient::builder(options).capacity(OUTGOING).build();
         let is_up = Arc::new(AtomicBool::new(false));
-        self.links.push(Link { client: client.clone(), is_up: Arc::clone(&is_up) });
+        let (cuts, to_cut) = unbounded_channel();
+        self.links.push(Link { client: client.clone(), is_up: Arc::clone(&is_up), cuts });
         let task = Task {
             link,
             client,
             events,
             is_up,
+            cuts: to_cut,
             topics: session.topics.clone(),
             room: Arc::clone(&self.room),
             sender: self.sender.clone(),
@@ -299,16 +330,52 @@ impl Broker {
 
     /// Publishes a message on a connection, if it is there.
     pub fn publish(&self, link: usize, topic: &str, message: Vec<u8>, delivery: Delivery) {
-        if let Some(link) = self.links.get(link).filter(|_| self.is_up(link)) {
-            // A queue that is full leaves it out, too.
-            let _ = link.client.try_publish(topic, message, delivery.options());
+        let mut outgoing = self.outgoing.borrow_mut();
+        match (&mut *outgoing, delivery) {
+            (Some(line), Delivery::Now) if self.is_up(link) => {
+                let letter = Letter { link, topic: topic.to_owned(), message };
+                line.send(topic, letter, Instant::now());
+            }
+            _ => self.post(Letter { link, topic: topic.to_owned(), message }, delivery),
         }
     }
 
-    /// Takes what has come next.
+    fn post(&self, letter: Letter, delivery: Delivery) {
+        if let Some(link) = self.links.get(letter.link).filter(|_| self.is_up(letter.link)) {
+            // A queue that is full leaves it out, too.
+            let _ = link.client.try_publish(letter.topic, letter.message, delivery.options());
+        }
+    }
+
+    /// Takes what has come next. Messages that were delayed are sent, too.
     pub fn take(&self) -> Option<Incoming> {
+        if let Some(line) = &mut *self.outgoing.borrow_mut() {
+            while let Some(letter) = line.take(Instant::now()) {
+                self.post(letter, Delivery::Now);
+            }
+        }
+        let mut incoming = self.incoming.borrow_mut();
+        let Some(line) = &mut *incoming else { return self.next() };
+        while let Some(news) = self.next() {
+            match &news {
+                Incoming::Message { topic, .. } => line.send(topic, news.clone(), Instant::now()),
+                Incoming::Connected { .. } | Incoming::Lost { .. } => return Some(news),
+            }
+        }
+        line.take(Instant::now())
+    }
+
+    fn next(&self) -> Option<Incoming> {
         let (incoming, _) = self.receiver.try_recv().ok()?;
         Some(incoming)
+    }
+
+    /// Loses a connection for some time, as a network does.
+    pub fn cut(&self, link: usize, time: Duration) {
+        if let Some(link) = self.links.get(link) {
+            // A connection that has ended can't be lost.
+            let _ = link.cuts.send(time);
+        }
     }
 
     /// Ends a connection after what was published on it.
@@ -340,6 +407,7 @@ struct Task {
     client: AsyncClient,
     events: EventLoop,
     is_up: Arc<AtomicBool>,
+    cuts: UnboundedReceiver<Duration>,
     topics: Vec<String>,
     room: Arc<Semaphore>,
     sender: SyncSender<Waiting>,
@@ -348,7 +416,16 @@ struct Task {
 impl Task {
     async fn run(mut self) {
         loop {
-            match self.events.poll().await {
+            let event = tokio::select! {
+                event = self.events.poll() => event,
+                Some(time) = self.cuts.recv() => {
+                    self.is_up.store(false, Ordering::Relaxed);
+                    self.events.clean();
+                    tokio::time::sleep(time).await;
+                    continue;
+                }
+            };
+            match event {
                 Ok(Event::Incoming(Packet::ConnAck(_))) => self.begin(),
                 Ok(Event::Incoming(Packet::Publish(message))) => {
                     let topic = String::from_utf8_lossy(&message.topic).into_owned();

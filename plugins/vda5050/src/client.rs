@@ -3,6 +3,7 @@
 use std::time::SystemTime;
 
 use crate::broker::{Broker, Delivery, Session};
+use crate::disturb::Fate;
 use crate::message::{
     Connection, ConnectionState, Factsheet, Header, Message, Topic, Version, encode, timestamp,
 };
@@ -15,6 +16,8 @@ pub struct Client {
     pub vehicle: Vehicle,
     /// The names of a vehicle.
     identity: Identity,
+    /// The disturbances that it meets in a run.
+    fate: Fate,
     /// The number of its connection.
     link: usize,
     /// The numbers of the next messages, by topic.
@@ -99,10 +102,17 @@ impl Identity {
 
 impl Client {
     /// Creates a vehicle on a connection.
-    pub fn new(identity: Identity, link: usize, phase: f64, intervals: Intervals) -> Self {
+    pub fn new(
+        identity: Identity,
+        fate: Fate,
+        link: usize,
+        phase: f64,
+        intervals: Intervals,
+    ) -> Self {
         Self {
-            vehicle: Vehicle::new(identity.version),
+            vehicle: Vehicle::with_fate(identity.version, fate.clone()),
             identity,
+            fate,
             link,
             header_ids: [0; Topic::ALL.len()],
             state_due: phase * intervals.state,
@@ -122,7 +132,7 @@ impl Client {
 
     /// Forgets its order: its fleet begins anew.
     pub fn restart(&mut self) {
-        self.vehicle = Vehicle::new(self.identity.version);
+        self.vehicle = Vehicle::with_fate(self.identity.version, self.fate.clone());
     }
 
     fn next_header(&mut self, topic: Topic, now: &Now) -> Header {

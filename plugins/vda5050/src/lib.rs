@@ -13,6 +13,7 @@
 
 pub mod broker;
 mod client;
+pub mod disturb;
 mod factsheet;
 pub mod judge;
 pub mod map;

@@ -9,6 +9,7 @@ use clap::Parser;
 use regatta_plugin::{Error, Options, Result, tell};
 
 use crate::broker::{self, Broker, BrokerUrl};
+use crate::disturb::{Disturbance, Disturbances};
 use crate::message::{Topic, Version};
 use crate::server::{Access, Login, Server};
 use crate::vehicle::Catalogue;
@@ -59,6 +60,14 @@ pub struct Cli {
     /// Duration of an action in simulated seconds; also declares an action of your own
     #[arg(long, value_name = "NAME=SECONDS")]
     pub action: Vec<Duration>,
+    /// Disturbances of the vehicles: failed-actions, refused-orders, lost-messages or
+    /// doubled-messages (share, 2%), delay (mean, 0.5s), lost-connections, manual-mode,
+    /// emergency-stops or lost-positions (so often an hour and vehicle, 1/h)
+    #[arg(long, value_name = "KIND=VALUE", value_delimiter = ',')]
+    pub disturb: Vec<Disturbance>,
+    /// Seed of the disturbances
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub disturb_seed: u64,
     /// Robots above which all share one connection, which has no last will
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub shared_above: usize,
@@ -129,7 +138,12 @@ impl Cli {
     /// Connects to the broker, or to one of the plugin's own, which it starts and tells.
     pub(crate) fn start_broker(&self) -> Result<(Broker, BrokerUrl)> {
         let (url, password) = self.find_broker()?;
-        Ok((Broker::start(url.clone(), password)?, url))
+        Ok((Broker::start(url.clone(), password)?.disturbed(&self.disturbances()), url))
+    }
+
+    /// The disturbances of the vehicles.
+    pub(crate) fn disturbances(&self) -> Disturbances {
+        Disturbances::new(&self.disturb, self.disturb_seed)
     }
 
     /// Returns the address of the broker and the password of its user. Without an address, it

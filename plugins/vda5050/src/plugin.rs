@@ -1,7 +1,7 @@
 //! The plugin: frames and events in, commands out; messages of a broker in and out.
 
 use std::ffi::OsString;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
@@ -15,6 +15,7 @@ use rustc_hash::FxHashMap;
 
 use crate::broker::{Broker, BrokerUrl, Incoming, Session};
 use crate::client::{Client, Identity, Intervals, Now};
+use crate::disturb::Fate;
 use crate::factsheet::factsheet;
 use crate::map::Map;
 use crate::message::{ConnectionState, InstantActions, Order, Topic, decode};
@@ -137,7 +138,8 @@ impl Vehicles {
         let topics = identity.inputs().map(|(name, topic)| (name, (robot, topic)));
         self.topics.extend(topics);
         let phase = now.seconds + robot as f64 / robots as f64;
-        let client = Client::new(identity, link, phase, self.intervals());
+        let fate = Fate::new(&self.cli.disturbances(), robot);
+        let client = Client::new(identity, fate, link, phase, self.intervals());
         self.clients[robot] = Some(client);
     }
 
@@ -273,6 +275,11 @@ impl Vehicles {
             }
             if let Some(broker) = &self.broker {
                 client.publish_position_if_due(intervals, now, &self.site, broker);
+            }
+            if let (Some(secs), None, Some(broker)) =
+                (outbox.silence_secs, self.shared, &self.broker)
+            {
+                broker.cut(client.link(), Duration::from_secs_f64(secs));
             }
             for command in outbox.commands {
                 self.command(robot, command);

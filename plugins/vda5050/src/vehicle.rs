@@ -12,6 +12,7 @@
 mod cancel;
 mod catalogue;
 mod check;
+mod condition;
 mod errors;
 mod instant;
 mod jobs;
@@ -29,9 +30,11 @@ use core::mem::{replace, take};
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::frame::RobotState;
 
+use crate::disturb::{Disturbances, Fate};
 use crate::map::Map;
 use crate::message::{Load, Version};
 use cancel::Cancelling;
+use condition::Condition;
 use errors::{Cause, Fault, MOST_FAULTS, Until};
 use jobs::{Jobs, Paused};
 use order::Held;
@@ -96,6 +99,8 @@ pub struct Outbox {
     pub state: bool,
     /// Whether the factsheet is to be published.
     pub factsheet: bool,
+    /// The time for which its connection is to be lost, in seconds.
+    pub silence_secs: Option<f64>,
 }
 
 /// A vehicle of the standard.
@@ -115,6 +120,8 @@ pub struct Vehicle {
     loads: Vec<Load>,
     charging: Charging,
     faults: Vec<Fault>,
+    condition: Condition,
+    fate: Fate,
     /// Whether it needed more base when it was seen last.
     needed_base: bool,
     outbox: Outbox,
@@ -139,8 +146,13 @@ enum Charging {
 }
 
 impl Vehicle {
-    /// Creates a vehicle that speaks a version.
+    /// Creates a vehicle that speaks a version, and that nothing disturbs.
     pub fn new(version: Version) -> Self {
+        Self::with_fate(version, Fate::new(&Disturbances::default(), 0))
+    }
+
+    /// Creates a vehicle that speaks a version, and what will disturb it.
+    pub fn with_fate(version: Version, fate: Fate) -> Self {
         Self {
             version,
             seen: None,
@@ -155,6 +167,8 @@ impl Vehicle {
             loads: Vec::new(),
             charging: Charging::default(),
             faults: Vec::new(),
+            condition: Condition::default(),
+            fate,
             needed_base: false,
             outbox: Outbox::default(),
         }
@@ -178,6 +192,10 @@ impl Vehicle {
         }
         self.find_place(before, site);
         self.settle(site);
+        if let Some(strike) = self.fate.strike(seen.time) {
+            self.be_struck(strike, seen.time);
+        }
+        self.recover(seen.time, site);
         if before.map(|before| Outline::of(&before)) != Some(Outline::of(&seen)) {
             self.outbox.state = true;
         }

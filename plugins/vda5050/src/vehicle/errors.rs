@@ -22,6 +22,7 @@ pub(super) enum Cause {
     NothingToCancel,
     ActionFailed,
     BrokenDown,
+    NotLocalized,
 }
 
 /// The time until an error is no longer reported.
@@ -69,7 +70,7 @@ impl Fault {
     pub(super) const fn until(&self) -> Until {
         match self.cause {
             Cause::InvalidInstantAction => Until::NewInstantAction,
-            Cause::BrokenDown | Cause::NotAvailable => Until::Over,
+            Cause::BrokenDown | Cause::NotAvailable | Cause::NotLocalized => Until::Over,
             _ => Until::NewOrder,
         }
     }
@@ -109,6 +110,7 @@ impl Cause {
             Self::InvalidInstantAction => "instantActionError",
             Self::ActionFailed => "actionError",
             Self::BrokenDown => "breakdown",
+            Self::NotLocalized => "localizationError",
         }
     }
 
@@ -131,6 +133,7 @@ impl Cause {
             Self::NothingToCancel => "NO_ORDER_TO_CANCEL",
             Self::ActionFailed => "ACTION_FAILED",
             Self::BrokenDown => "BREAKDOWN",
+            Self::NotLocalized => "LOCALIZATION_ERROR",
         }
     }
 
@@ -138,9 +141,10 @@ impl Cause {
     const fn level(self, version: Version) -> ErrorLevel {
         match (self, version) {
             (Self::BrokenDown, _) => ErrorLevel::Fatal,
-            (Self::UnsupportedParameter | Self::NodeUnreachable, Version::V3_0) => {
-                ErrorLevel::Critical
-            }
+            (
+                Self::UnsupportedParameter | Self::NodeUnreachable | Self::NotLocalized,
+                Version::V3_0,
+            ) => ErrorLevel::Critical,
             _ => ErrorLevel::Warning,
         }
     }

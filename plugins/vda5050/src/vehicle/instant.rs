@@ -83,6 +83,11 @@ impl Vehicle {
     fn pause(&mut self, paused: Paused, command: Command) {
         self.paused = paused;
         self.jobs.pause(paused);
+        if command == Command::Resume && self.condition.holds() {
+            // It goes on when it can.
+            self.paused = Paused::No;
+            return;
+        }
         self.outbox.commands.push(command);
     }
 }

@@ -214,6 +214,13 @@ impl Jobs {
         }
     }
 
+    /// Ends all.
+    pub(super) fn fail_all(&mut self) {
+        for job in self.jobs.iter_mut().filter(|job| !job.status.is_over()) {
+            job.end(ActionStatus::Failed);
+        }
+    }
+
     /// Ends the waiting for a trigger. Returns whether one waited.
     pub(super) fn release_waiting(&mut self) -> bool {
         let waiting = self.jobs.iter_mut().filter(|job| {

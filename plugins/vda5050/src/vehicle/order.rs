@@ -34,6 +34,10 @@ impl Vehicle {
     pub fn take_order(&mut self, order: Order, site: &Site) {
         match self.decide(&order, site) {
             Ok(Decision::Ignore) => {}
+            Ok(Decision::Begin(_)) if self.fate.refuses_order() => {
+                let reason = "a disturbance lets the vehicle refuse this order";
+                self.report(Fault::new(Cause::NotAvailable, reason).about_order(&order));
+            }
             Ok(Decision::Begin(plan)) => self.begin(order, plan, site),
             Ok(Decision::Continue(plan)) => self.carry_on(order, plan, site),
             Err(fault) => self.report(fault),
@@ -72,6 +76,9 @@ impl Vehicle {
         }
         if self.is_broken() {
             return Fault::reject(order, Cause::NotAvailable, "the vehicle is broken");
+        }
+        if let Some(reason) = self.condition.refusal() {
+            return Fault::reject(order, Cause::NotAvailable, reason);
         }
         let first = &order.nodes[0];
         if first.sequence_id != 0 {

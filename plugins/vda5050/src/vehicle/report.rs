@@ -9,8 +9,7 @@ use super::jobs::{Job, Paused};
 use super::progress::Step;
 use super::{Charging, Seen, Site, Vehicle};
 use crate::message::{
-    EdgeState, Header, NodeState, OperatingMode, Position, PowerSupply, SafetyState, State,
-    Velocity, Visualization,
+    EdgeState, Header, NodeState, Position, PowerSupply, State, Velocity, Visualization,
 };
 
 /// The distance to the end of the base below which a vehicle asks for more of it, in seconds of
@@ -52,10 +51,10 @@ impl Vehicle {
             action_states: self.jobs.iter().map(Job::state).collect(),
             instant_action_states: Some(self.instants.iter().map(Job::state).collect()),
             power_supply: self.power_supply(),
-            operating_mode: OperatingMode::Automatic,
+            operating_mode: self.condition.operating_mode(),
             errors: self.faults.iter().map(|fault| fault.report(self.version)).collect(),
             information: None,
-            safety_state: SafetyState::default(),
+            safety_state: self.condition.safety_state(),
         }
     }
 
@@ -82,7 +81,7 @@ impl Vehicle {
             y: rounded(seen.y),
             theta: heading(seen.theta),
             map_id: node.map(|node| node.map_id.clone()).unwrap_or_default(),
-            localized: true,
+            localized: self.condition.is_localized(),
             localization_score: None,
             deviation_range: None,
         })

@@ -2,6 +2,7 @@
 
 mod actions;
 mod cancelling;
+mod disturbed;
 mod orders;
 mod rejections;
 

@@ -62,7 +62,11 @@ impl Vehicle {
     /// Ends an action of the order that has taken its time.
     fn conclude_job(&mut self, id: &str, site: &Site) {
         let Some((action, effect)) = self.jobs.find(id).map(Job::parts) else { return };
-        let outcome = self.carry_out(&action, effect, site);
+        let outcome = if self.fate.fails_action() {
+            Err("a disturbance lets this action fail".to_owned())
+        } else {
+            self.carry_out(&action, effect, site)
+        };
         let can_be_tried_again = self.version == Version::V3_0 && action.retriable == Some(true);
         let status = match &outcome {
             Ok(()) => ActionStatus::Finished,
