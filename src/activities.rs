@@ -74,7 +74,7 @@ impl RobotCounts {
     /// Returns the number of robots of every activity by its name.
     pub fn to_json(self) -> Value {
         let counts = Activity::ALL.into_iter().zip(self.0);
-        counts.map(|(activity, robots)| (activity.name().to_owned(), robots.into())).collect()
+        counts.map(|(activity, robots)| (activity.name().to_owned(), Value::from(robots))).collect()
     }
 
     /// Formats the activities of any robots: `idle 3, carrying 12`.
