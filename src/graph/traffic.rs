@@ -115,7 +115,7 @@ fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
     Ok(NamedRobot { robot, name: Some(format!("type `{name}`{others}")) })
 }
 
-/// What a layout allows robots.
+/// The certificates of a layout for one type of robots.
 pub struct Traffic {
     robot: NamedRobot,
     safe_robots: Option<u32>,

@@ -51,7 +51,7 @@ struct AfterWarmUp {
     lockstep: LockstepOptions,
 }
 
-/// Who reads the frames of a session.
+/// The readers of the frames of a session.
 #[derive(Debug)]
 enum Readers {
     /// Processes that nobody waits for, or waits for by name.
