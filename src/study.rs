@@ -197,7 +197,7 @@ fn seal_key() -> Result<Key, Failure> {
         Ok(key) => Ok(key),
         Err(error) => {
             let path = path.display();
-            regatta_plugin::tell!("regatta: {path}: {error}: a later study will do all runs again");
+            regatta_plugin::tell!("study: {path}: {error}: a later study will do all runs again");
             Ok(Key::random()?)
         }
     }

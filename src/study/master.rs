@@ -228,12 +228,12 @@ fn repeats(
     let mut runs = Vec::new();
     for repeat in 1..=plan.repeats {
         let name = format!("{}, run {repeat} of {}", vehicles_in_words(vehicles), plan.repeats);
-        regatta_plugin::tell!("regatta: {name}: {} s in real time", plan.time.secs);
+        regatta_plugin::tell!("study: {name}: {} s in real time", plan.time.secs);
         let live = LiveRun { plan, site, vehicles, repeat, termination };
         match live.measure() {
             Ok(raw) => runs.push(MasterRun::new(vehicles, repeat, raw, plan.late_secs)),
             Err(error) => {
-                regatta_plugin::tell!("regatta: {name}: {error}");
+                regatta_plugin::tell!("study: {name}: {error}");
                 return (runs, Err(error));
             }
         }
