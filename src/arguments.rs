@@ -47,8 +47,8 @@ where
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Layout")]
 pub struct LayoutArgs {
-    /// Parameter that is the handle of a spline at its origin, ParamB or ParamF, in place of the
-    /// file's setting
+    /// Parameter with the length of a spline's handle at its origin, ParamB or ParamF, instead of
+    /// the one that the file declares
     #[arg(long)]
     #[arg(value_parser = one_of::<Handles>(Handles::ALL.iter().map(|handles| handles.name())))]
     pub handles: Option<Handles>,
@@ -68,7 +68,7 @@ pub struct LayoutArgs {
     #[arg(long)]
     #[arg(value_parser = one_of::<LengthUnit>(LengthUnit::ALL.iter().map(|unit| unit.name())))]
     pub units: Option<LengthUnit>,
-    /// Length in metres of the side of a grid map's cells; 1 if not given
+    /// Side length of a grid map's cells in metres; 1 if not given
     #[arg(long, value_name = "METRES")]
     pub cell_size: Option<Millimetres>,
     /// ROS map (YAML) whose walls are drawn behind the layout

@@ -64,7 +64,7 @@ pub enum Command {
     Pause(Target),
     /// Resume the clock of a paused fleet.
     Resume(Target),
-    /// Pause a fleet, and advance it by a number of ticks at its speed.
+    /// Pause a fleet, then advance it by a number of ticks.
     Step {
         /// Number of ticks.
         #[arg(default_value_t = 1)]
@@ -88,7 +88,7 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
-    /// Change the number of robots while the fleet runs, or break and repair one.
+    /// Change the number of robots of a running fleet, or break or repair one.
     #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Robots {
         /// New number of robots: 500, 10k, 1M …
@@ -136,13 +136,13 @@ pub enum Command {
     Plot(regatta_record::PlotArgs),
     /// Validate a recording: contacts, motion, orders; fail if there are findings.
     Validate(recording::ValidateArgs),
-    /// Judge the traffic of VDA 5050 masters and vehicles.
+    /// Check the VDA 5050 messages of masters and vehicles, or show vehicles as a fleet.
     #[command(arg_required_else_help = false)]
     Vda5050 {
         #[command(subcommand)]
         command: vda5050::Vda5050Command,
     },
-    /// Show a fleet of this host on another one, or one of another host here.
+    /// Show a fleet on another host: send one of this host, or receive one from another host.
     #[cfg(feature = "zenoh")]
     #[command(arg_required_else_help = false)]
     Mirror {
@@ -163,8 +163,8 @@ pub enum Command {
         #[command(subcommand)]
         command: report::ReportCommand,
     },
-    /// Compute how many robots a plant holds, by many runs, here or on a cluster, and write a page
-    /// of results.
+    /// Find how many robots a plant holds by simulating many runs, here or on a cluster, and write
+    /// a page of results.
     Study(Box<study::StudyArgs>),
     /// Execute one job of a study; the workers of a study run this command.
     #[command(hide = true)]

@@ -33,7 +33,7 @@ pub enum RobotCommand {
         #[arg(long)]
         reverse: bool,
     },
-    /// Extend the released base of a robot by edges, which replace its horizon.
+    /// Add edges to a robot's released base; they replace its horizon.
     Extend {
         #[command(flatten)]
         robot: Robot,
@@ -51,9 +51,9 @@ pub enum RobotCommand {
         /// Metres from where the robot enters the edge; inf for all of it.
         metres: f32,
     },
-    /// Make a robot brake and stand.
+    /// Make a robot brake, and keep it standing until it is resumed.
     Hold(Robot),
-    /// End a hold.
+    /// Let a held robot continue.
     Resume(Robot),
     /// Drop a robot's route beyond its current edge.
     Cancel(Robot),
@@ -77,7 +77,7 @@ pub enum RobotCommand {
         #[command(flatten)]
         target: Target,
     },
-    /// Call a lift to a level, where it stays for ten seconds or more.
+    /// Call a lift to a level, where it stays for at least ten seconds.
     Lift {
         /// Lift, by name.
         lift: String,
@@ -89,14 +89,15 @@ pub enum RobotCommand {
         #[command(flatten)]
         target: Target,
     },
-    /// Ask the fleet manager to send a robot to a node; one with a load finishes its order first.
+    /// Ask the fleet manager to send a robot to a node; a robot with a load finishes its order
+    /// first.
     Send {
         #[command(flatten)]
         robot: Robot,
         /// Node to drive to, by id or name.
         node: String,
     },
-    /// Ask the fleet manager to cancel a `send`, so that the robot gets orders as before.
+    /// Ask the fleet manager to cancel a `send`, so that the robot gets orders again.
     Recall(Robot),
     /// Add a robot, on a node or on an edge.
     Spawn {

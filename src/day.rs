@@ -24,16 +24,16 @@ const DAY_SECS: f64 = 86_400.0;
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Orders of a day")]
 pub struct DayArgs {
-    /// File with orders and their times (CSV, XLSX or YAML), in place of the load
+    /// File with orders and their times (CSV, XLSX or YAML); replaces the load
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub orders: Option<PathBuf>,
     /// Factor for the number of orders of the file, such as 1.2
     #[arg(long, value_name = "FACTOR")]
     pub scale: Option<f64>,
-    /// Time by which all orders come later
+    /// Time by which all orders are delayed
     #[arg(long, value_name = "TIME")]
     pub shift: Option<Time>,
-    /// Draw the day of each seed from blocks of this time; `none` for the day as it is [default:
+    /// Draw the day of each seed from blocks of this length; `none` uses the day as it is [default:
     /// none, in a study 30min]
     #[arg(long, value_name = "TIME")]
     pub resample: Option<Resample>,

@@ -58,7 +58,7 @@ pub struct EngineOptions {
     /// Seed of the random routes instead of the scenario's.
     #[arg(long, help_heading = "Speed and size")]
     pub seed: Option<u64>,
-    /// Simulated time that `regatta run` drives as fast as possible before the window opens,
+    /// Simulated time that `regatta run` runs through as fast as possible before the window opens,
     /// instead of the scenario's; 0 for none.
     #[arg(long, value_name = "TIME", help_heading = "Speed and size")]
     pub warm_up: Option<Time>,
@@ -159,7 +159,7 @@ pub fn run(args: EngineArgs) -> Result<(), Failure> {
         println!("{digest:032x}");
     }
     regatta_plugin::tell!(
-        "{} ticks, {:.2} s simulated in {:.2} s, {} late",
+        "engine: {} ticks, {:.2} s simulated in {:.2} s, {} late",
         summary.ticks,
         summary.sim_time.as_secs_f64(),
         summary.wall_time.as_secs_f64(),

@@ -32,7 +32,7 @@ pub enum GraphCommand {
         json: bool,
         #[command(flatten)]
         traffic: TrafficArgs,
-        /// Write a copy that corrects angles in degrees, repeated edges and ends that nearly meet
+        /// Write a corrected copy: angles in degrees, repeated edges and ends that nearly meet
         #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "traffic"])]
         fix: Option<Destination>,
         #[command(flatten)]
@@ -71,7 +71,7 @@ pub enum GraphCommand {
         /// File to write; - for standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
-        /// Format to write; by the file ending (.yaml, .json, .geojson, .xml) if not given
+        /// Format to write; taken from the file ending (.yaml, .json, .geojson, .xml) if not given
         #[arg(long, value_name = "FORMAT")]
         #[arg(value_parser = one_of::<Format>(WRITTEN_FORMATS.iter().map(|format| format.name())))]
         to: Option<Format>,

@@ -100,7 +100,8 @@ fn print_summary(folder: &Path, graph: &RouteGraph, findings: Findings) {
     let folder = folder.display();
     let count = with_plural(findings.warnings(), "warning");
     println!("{folder}: {}; {count}", counts(graph));
-    let of_scenario = limits(graph).into_iter().map(|limit| format!("{folder}: {limit}")).collect();
+    let of_scenario =
+        limits(graph).into_iter().map(|limit| format!("{folder}: warning: {limit}")).collect();
     // The robots of the new scenario turn on the spot.
     let of_layout = findings.without(FindingKind::TurnsAtNodes);
     let warnings = Warnings { of_scenario, of_layout };

@@ -91,9 +91,9 @@ fn show(state: &State, ended: &mpsc::Receiver<()>) {
         return;
     }
     if !std::io::stderr().is_terminal() {
-        regatta_plugin::tell!("{}", state.line());
+        regatta_plugin::tell!("regatta: {}", state.line());
         while !is_over(ended, LINE_TIME) {
-            regatta_plugin::tell!("{}", state.line());
+            regatta_plugin::tell!("regatta: {}", state.line());
         }
         return;
     }

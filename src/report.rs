@@ -16,7 +16,7 @@ use crate::failure::Failure;
 /// A subcommand of `regatta report`.
 #[derive(Subcommand)]
 pub enum ReportCommand {
-    /// Drive the routes of the dissertation's tables 5.1 and 5.3, and compare the end poses.
+    /// Drive the routes of tables 5.1 and 5.3 of the dissertation, and compare the end poses.
     Accuracy(Output),
     /// Repeat the dissertation's tables 5.5 to 5.7, and continue to a million robots.
     Scaling(scaling::ScalingArgs),

@@ -67,8 +67,8 @@ pub struct RunArgs {
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
-    /// Make the robots vehicles of VDA 5050, which a master steers, in place of the fleet
-    /// manager: on this MQTT broker, or without an address on one that is started here.
+    /// Make the robots VDA 5050 vehicles, which a master steers instead of the fleet manager, on
+    /// this MQTT broker or, without an address, on one that is started here.
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1)]
     #[arg(require_equals = true, conflicts_with_all = ["in_process", "unmanaged"])]
     vda5050: Option<Option<BrokerUrl>>,
@@ -114,7 +114,7 @@ pub fn run(mut args: RunArgs) -> Result<ExitCode, Failure> {
     if args.vda5050.is_none()
         && let Some(warning) = unread_load(&scenario)
     {
-        regatta_plugin::tell!("{warning}");
+        regatta_plugin::tell!("regatta: {warning}");
     }
     if args.in_process {
         return in_process::run(scenario, &args, &termination);
@@ -196,8 +196,7 @@ fn unread_load(scenario: &Scenario) -> Option<String> {
     let reads = plugins.any(|plugin| plugin.name == FLEET_MANAGER || !plugin.command.is_empty());
     (scenario.source.has(LOAD) && !reads).then(|| {
         format!(
-            "regatta: the scenario has a load, and no plugin carries it: add {FLEET_MANAGER} to \
-             its plugins"
+            "the scenario has a load, and no plugin carries it: add {FLEET_MANAGER} to its plugins"
         )
     })
 }

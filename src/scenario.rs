@@ -51,8 +51,8 @@ pub fn is_verbose() -> bool {
 
 /// Prints the warnings about a scenario that the user wants.
 pub fn tell_warnings(scenario: &Scenario) {
-    for warning in scenario.warnings.told(wanted_warnings()) {
-        regatta_plugin::tell!("regatta: {warning}");
+    for finding in scenario.warnings.told(wanted_warnings()) {
+        regatta_plugin::tell!("{finding}");
     }
 }
 

@@ -48,31 +48,32 @@ pub struct StudyArgs {
     #[arg(value_name = "PLANT", value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
     /// Numbers of robots: a range, doubled and then refined around the answer, or a list [default:
-    /// 1..1000; with targets, up to the largest number that the layout lets drive]
+    /// 1..1000; with targets, up to the largest number that can drive on the layout]
     #[arg(long, value_name = "FROM..TO", help_heading = QUESTION)]
     robots: Option<Robots>,
     /// Find the least number of robots with 'p99 service < 6min', 'late < 1%', '400 orders/h' …;
     /// may be repeated: then all must be met
     #[arg(long, value_name = "TARGET", help_heading = QUESTION)]
     target: Vec<Target>,
-    /// Simulated time of a run [default: 30min; of a day, to an hour after its last order]
+    /// Simulated time of a run [default: 30min; for a day, until an hour after its last order]
     #[arg(long, value_name = "TIME", help_heading = QUESTION)]
     duration: Option<Time>,
-    /// Least and largest number of seeds of a point [default: 3..10]
+    /// Smallest and largest number of seeds for a point [default: 3..10]
     #[arg(long, value_name = "LEAST..MOST", value_parser = parse_seeds, help_heading = PRECISION)]
     seeds: Option<(u64, u64)>,
     /// Setting and the values to compare, such as max_speed=1,1.5 or layout=a.yaml,b.yaml; may be
     /// repeated
     #[arg(long, value_name = "NAME=VALUES", help_heading = QUESTION)]
     vary: Vec<Axis>,
-    /// Command line of a manager of your own, which gets --fleet; compared with ours and the bound.
-    /// With --vda5050, of a master, with {broker}, {host}, {port}, {user} and {vehicles} in it
+    /// Command line of your own manager, which also gets --fleet; it is compared with Regatta's and
+    /// the bound. With --vda5050, that of a master, with the placeholders {broker}, {host}, {port},
+    /// {user} and {vehicles}
     #[arg(long, value_name = "COMMAND", help_heading = QUESTION)]
     manager: Option<String>,
-    /// Add the bound: the same robots, driving through each other
+    /// Also simulate the bound: the same robots, driving through each other
     #[arg(long, help_heading = QUESTION)]
     bound: bool,
-    /// Number of changes to try that may help, in a race [default: 6; with targets, 0]
+    /// Number of changes to the plant to try, in a race [default: 6; with targets, 0]
     #[arg(long, value_name = "N", help_heading = QUESTION)]
     reliefs: Option<usize>,
     /// Ticks and frames per simulated second
@@ -90,7 +91,7 @@ pub struct StudyArgs {
     /// Runs side by side on this machine [default: the number of cores]
     #[arg(short, long, value_name = "N", conflicts_with = "on", help_heading = RUNS)]
     jobs: Option<std::num::NonZeroUsize>,
-    /// Run engine, manager and observers of each run as processes of their own, not in one
+    /// Run the engine, manager and observers of each run as separate processes, not in one
     #[arg(long, conflicts_with_all = ["on", "export_jobs"], help_heading = RUNS)]
     processes: bool,
     /// Cluster that executes the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
@@ -107,11 +108,11 @@ pub struct StudyArgs {
     /// Record one run of the first variant with the number of robots of the answer
     #[arg(long, help_heading = OUTPUT)]
     record: bool,
-    /// Print the page to study.pdf as well, by Chromium, Chrome or Edge, or the program that the
-    /// variable REGATTA_BROWSER names
+    /// Also print the page to study.pdf with Chromium, Chrome or Edge, or with the program that the
+    /// environment variable REGATTA_BROWSER names
     #[arg(long, conflicts_with = "export_jobs", help_heading = OUTPUT)]
     pdf: bool,
-    /// Use results in the folder that other users or machines have made
+    /// Use results in the folder that other users or machines made
     #[arg(long, help_heading = OUTPUT)]
     foreign_results: bool,
     #[command(flatten)]
@@ -196,7 +197,7 @@ fn seal_key() -> Result<Key, Failure> {
         Ok(key) => Ok(key),
         Err(error) => {
             let path = path.display();
-            regatta_plugin::tell!("{path}: {error}: a later study does all runs again");
+            regatta_plugin::tell!("study: {path}: {error}: a later study will do all runs again");
             Ok(Key::random()?)
         }
     }
@@ -213,7 +214,7 @@ fn conduct(
         Err(StudyError::Workers(WorkersError::Interrupted)) => {
             let finished = watcher.finished();
             Err(format!(
-                "interrupted after {finished} runs; they are kept, and the same command goes on"
+                "interrupted after {finished} runs; they are kept; repeat the command to continue"
             )
             .into())
         }

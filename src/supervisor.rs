@@ -70,7 +70,7 @@ impl NamedChild {
         }
         if asked.elapsed() >= TELL_AFTER && !std::mem::replace(&mut self.is_told, true) {
             regatta_plugin::tell!(
-                "regatta: {} still saves its work; another Ctrl-C cuts it off",
+                "regatta: {} is still saving its work; another Ctrl-C kills it",
                 self.name
             );
         }

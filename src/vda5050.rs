@@ -42,7 +42,8 @@ pub struct CheckArgs {
     source: OsString,
     #[command(flatten)]
     live: LiveArgs,
-    /// Version to judge by: that of each message's header, or 2.0, 2.1 or 3.0
+    /// Version of the standard to check against: auto (that of each message's header), 2.0, 2.1 or
+    /// 3.0
     #[arg(long, value_name = "VERSION", default_value_t = Protocol::Auto)]
     protocol: Protocol,
     /// Print JSON
@@ -51,10 +52,10 @@ pub struct CheckArgs {
     /// Write JUnit XML to a file, for CI: a test case for each rule
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Fail because of warnings, too
+    /// Fail on warnings, too
     #[arg(long)]
     strict: bool,
-    /// Findings of each rule to print; all are counted
+    /// Number of findings to print for each rule; all are counted
     #[arg(long, value_name = "N", default_value_t = 20)]
     examples: usize,
     #[command(flatten)]

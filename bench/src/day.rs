@@ -36,7 +36,7 @@ const PLANT: &str = "graph: warehouse.yaml\nrate: 10\nrobot_types:\n  \
 pub struct DayArgs {
     #[command(flatten)]
     output: Output,
-    /// Days, each of another seed: 50 have a million orders
+    /// Days to simulate, each with another seed; 50 days have a million orders
     #[arg(long, value_name = "N", default_value_t = 50)]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=1000))]
     days: u32,

@@ -51,7 +51,7 @@ const P90_LIMIT: f64 = 2.8;
 pub struct LeastArgs {
     #[command(flatten)]
     output: Output,
-    /// Runs of each number of robots against which the answers are compared
+    /// Runs for each number of robots, which the answers are compared with
     #[arg(long, value_name = "N", default_value_t = 200)]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=1000))]
     seeds: u32,

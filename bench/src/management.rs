@@ -48,7 +48,7 @@ pub struct ManagementArgs {
     #[arg(long, value_name = "HZ", default_value_t = 10)]
     #[arg(value_parser = clap::value_parser!(u32).range(10..=1000))]
     rate: u32,
-    /// A short version: one seed, ten minutes, fewer fleet sizes
+    /// Run a short version: one seed, ten minutes, fewer fleet sizes
     #[arg(long, conflicts_with_all = ["seeds", "duration"])]
     quick: bool,
 }

@@ -32,7 +32,8 @@ pub struct PlantsArgs {
     /// Measure only plants whose names contain one of these texts; separated by commas
     #[arg(long, value_name = "TEXT", value_delimiter = ',')]
     only: Vec<String>,
-    /// Numbers of robots, separated by commas; 1, 2, 4, … up to half of a plant's nodes if not given
+    /// Numbers of robots, separated by commas; if not given, 1, 2, 4, … up to half of a plant's
+    /// nodes
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     robots: Vec<u32>,
@@ -48,10 +49,10 @@ pub struct PlantsArgs {
     #[arg(long, value_name = "N", default_value_t = 60)]
     #[arg(value_parser = clap::value_parser!(u64).range(2..=7 * 24 * 60))]
     minutes: u64,
-    /// A look: 2 runs of 20 minutes each, with 16 robots at most
+    /// Run a short version: 2 runs of 20 minutes each, with 16 robots at most
     #[arg(long, conflicts_with_all = ["robots", "seeds", "minutes"])]
     quick: bool,
-    /// Runs side by side; the number of cores if not given
+    /// Runs side by side; if not given, the number of cores
     #[arg(short, long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }

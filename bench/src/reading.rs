@@ -31,7 +31,7 @@ const LEAST_SECS: f64 = 0.5;
 pub struct ReadingArgs {
     #[command(flatten)]
     output: Output,
-    /// Only files of 1 and 4 MiB
+    /// Read only files of 1 and 4 MiB
     #[arg(long)]
     quick: bool,
 }

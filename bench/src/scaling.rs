@@ -50,7 +50,7 @@ pub struct ScalingArgs {
     /// Runs of the largest study
     #[arg(long, value_name = "N", default_value_t = 1_000)]
     max_runs: u64,
-    /// Cluster that carries out the studies, too, as `regatta study --on` takes it
+    /// Cluster that also carries out the studies, as for `regatta study --on`
     #[arg(long, value_name = "ADDRESS")]
     on: Option<String>,
 }

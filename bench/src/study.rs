@@ -28,7 +28,7 @@ pub struct StudyArgs {
     /// Robots of the hundred runs of an hour
     #[arg(long, value_name = "N", default_value_t = 200)]
     robots: u32,
-    /// A short version: ten runs instead of a hundred, and 1 to 100 robots instead of 1 to 1000
+    /// Run a short version: ten runs instead of a hundred, and 1 to 100 robots instead of 1 to 1000
     #[arg(long)]
     quick: bool,
 }

@@ -71,7 +71,7 @@ pub enum FleetError {
     /// The route graph has more pieces than the fleet can index.
     #[error(
         "the route graph compiles to {pieces} pieces (of 8 m at most), more than {max}: its edges \
-         are too long in all, or there are too many; are the positions in metres?"
+         are too long in total, or too many; are the positions in metres?"
     )]
     TooManyPieces {
         /// Number of pieces, or fewer.

@@ -32,7 +32,7 @@ struct Checked {
     scenario_warnings: Vec<String>,
     /// The error of beginning a run of the scenario.
     start_error: Option<String>,
-    /// What the layout allows, if that was asked for.
+    /// The traffic that the layout allows, if that was asked for.
     traffic: Option<Traffic>,
 }
 

@@ -22,11 +22,11 @@ pub struct TrafficArgs {
     /// way
     #[arg(long)]
     traffic: bool,
-    /// Length of robots; that of a scenario's largest robots, or that of the robots that `regatta
-    /// run` puts on a layout, if not given
+    /// Length of robots; if not given, that of the scenario's largest robots, or of the robots that
+    /// `regatta run` puts on a layout
     #[arg(long, value_name = "METRES", requires = "traffic")]
     length: Option<f64>,
-    /// Width of robots; that of the same robots if not given
+    /// Width of robots; if not given, that of the same robots
     #[arg(long, value_name = "METRES", requires = "traffic")]
     width: Option<f64>,
     /// Robots never turn on the spot
@@ -115,7 +115,7 @@ fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
     Ok(NamedRobot { robot, name: Some(format!("type `{name}`{others}")) })
 }
 
-/// What a layout allows robots.
+/// The certificates of a layout for one type of robots.
 pub struct Traffic {
     robot: NamedRobot,
     safe_robots: Option<u32>,

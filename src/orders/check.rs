@@ -67,7 +67,7 @@ struct Check {
     hours: BTreeMap<u64, u64>,
     /// Orders by two stops that follow each other.
     flows: BTreeMap<[String; 2], u64>,
-    /// The time without an order that is the longest between two orders: its begin and its end.
+    /// The time without an order that is the longest between two orders: its start and its end.
     gap: Option<[f64; 2]>,
 }
 
@@ -153,12 +153,12 @@ impl Check {
         let (orders, problems) = (self.table.orders.len(), self.problems.len());
         let _ = writeln!(text, "orders        {orders}, problems {problems}");
         if let Some(begin) = &self.table.begin {
-            let _ = writeln!(text, "begin         {begin}, which is time 0 of a run");
+            let _ = writeln!(text, "start         {begin}, which is time 0 of a run");
         }
         if let Some([from, to]) = self.gap {
             let (gap, from) = (in_words(to - from), from / HOUR_SECS);
             let _ =
-                writeln!(text, "longest gap   {gap} without an order, {from:.1} h after the begin");
+                writeln!(text, "longest gap   {gap} without an order, {from:.1} h after the start");
         }
         if !has_dwell(&self.table.orders) {
             text +=

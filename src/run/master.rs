@@ -27,7 +27,7 @@ pub struct MasterArgs {
     plant: PathBuf,
     #[command(flatten)]
     vehicles: VehiclesOptions,
-    /// Carry the load that is made up for a layout without a scenario.
+    /// Carry the made-up orders that a layout gets without a scenario.
     #[arg(long)]
     made_up_load: bool,
     #[command(flatten)]

@@ -26,7 +26,7 @@ pub fn export(plan: &Plan, store: &Store) -> Result<(), Failure> {
         }
     }
     for doubt in store.take_doubts() {
-        regatta_plugin::tell!("{doubt}");
+        regatta_plugin::tell!("study: {doubt}");
     }
     let folder = store.folder();
     write_inside(&folder.join("jobs.txt"), (ids.join("\n") + "\n").as_bytes())?;

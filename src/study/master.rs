@@ -46,28 +46,28 @@ const MOST_VEHICLES: u32 = 1000;
 /// The options of a study of a master.
 #[derive(Args, Clone, Debug)]
 pub struct MasterArgs {
-    /// Find the number of vehicles that a master of VDA 5050 copes with, in real time: on this MQTT
-    /// broker, or without an address on one that is started here. With --manager, each run starts
-    /// the master; without, it runs already
+    /// Find the number of vehicles that a VDA 5050 master copes with, in real time, on this MQTT
+    /// broker or, without an address, on one that is started here. With --manager, each run starts
+    /// the master; without it, the master must already be running
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]", num_args = 0..=1, help_heading = HEADING)]
     #[arg(
         conflicts_with_all = ["target", "seeds", "vary", "bound", "reliefs", "jobs", "processes"]
     )]
     #[arg(conflicts_with_all = ["on", "export_jobs", "record", "foreign_results"])]
     vda5050: Option<Option<BrokerUrl>>,
-    /// Command that hands a transport order to the master, with {id}, {pick} and {drop}; without
-    /// one and without --order-url, the master makes orders itself
+    /// Command that hands a transport order to the master, with {id}, {pick} and {drop}; without it
+    /// and without --order-url, the master makes its own orders
     #[arg(long, value_name = "COMMAND", requires = "vda5050", help_heading = HEADING)]
     order_command: Option<String>,
     /// Address to which a transport order is sent by POST, with {id}, {pick} and {drop}
     #[arg(long, value_name = "http://HOST/PATH", requires = "vda5050", help_heading = HEADING)]
     #[arg(conflicts_with = "order_command")]
     order_url: Option<String>,
-    /// Body of that request
+    /// Body of the request to --order-url
     #[arg(long, value_name = "JSON", requires = "order_url", help_heading = HEADING)]
     #[arg(default_value = r#"{"id": "{id}", "pick": "{pick}", "drop": "{drop}"}"#)]
     order_body: String,
-    /// Header of that request; may be repeated
+    /// Header of the request to --order-url; may be repeated
     #[arg(long, value_name = "NAME: VALUE", requires = "order_url", help_heading = HEADING)]
     order_header: Vec<String>,
     /// Number of runs of each number of vehicles
@@ -228,12 +228,12 @@ fn repeats(
     let mut runs = Vec::new();
     for repeat in 1..=plan.repeats {
         let name = format!("{}, run {repeat} of {}", vehicles_in_words(vehicles), plan.repeats);
-        regatta_plugin::tell!("{name}: {} s in real time", plan.time.secs);
+        regatta_plugin::tell!("study: {name}: {} s in real time", plan.time.secs);
         let live = LiveRun { plan, site, vehicles, repeat, termination };
         match live.measure() {
             Ok(raw) => runs.push(MasterRun::new(vehicles, repeat, raw, plan.late_secs)),
             Err(error) => {
-                regatta_plugin::tell!("{name}: {error}");
+                regatta_plugin::tell!("study: {name}: {error}");
                 return (runs, Err(error));
             }
         }

@@ -61,7 +61,7 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     trust::require(&path.display().to_string(), path.parent(), &programs(&axes), args.trust)?;
     axes.extend(args.vary.iter().cloned());
     if day.is_some() && axes.iter().any(|axis| axis.setting == Setting::Load) {
-        return Err("load: a day's --orders take its place: leave one of both out".into());
+        return Err("load: --orders replaces it: give only one of the two".into());
     }
     let base = base(&plant, &options, day.as_ref())?;
     let variants = variants(base, &checked(axes)?, args, &options)?;

@@ -46,17 +46,17 @@ const NO_ROOM_WORDS: &str = " robots fit where ";
 pub struct StudyRunArgs {
     /// File of the job
     job: PathBuf,
-    /// File of its layout; the one that the job names in the folder `files` beside the job's if not
-    /// given
+    /// File of its layout; if not given, the one that the job names in the folder `files` beside
+    /// the job's folder
     #[arg(long, value_name = "FILE")]
     layout: Option<PathBuf>,
-    /// File for the result; the job's in the folder `results` beside the job's if not given
+    /// File for the result; if not given, one in the folder `results` beside the job's folder
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Record the run to this file, too
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
-    /// Run the engine, the manager and the observers as processes of their own
+    /// Run the engine, the manager and the observers as separate processes
     #[arg(long)]
     processes: bool,
     #[command(flatten)]

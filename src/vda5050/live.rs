@@ -114,7 +114,7 @@ fn lost(link: Link, url: &BrokerUrl, reason: &str) -> Result<Link, Failure> {
             Err(format!("{url}: can't connect ({reason}): {advice}").into())
         }
         Link::Up => {
-            tell!("regatta: {url}: the connection is lost ({reason}); it is made again");
+            tell!("regatta: {url}: the connection was lost ({reason}); connecting again");
             Ok(Link::Down)
         }
         Link::Down => Ok(Link::Down),

@@ -50,8 +50,8 @@ pub enum JobError {
     },
     /// The name of a file isn't the hash of its content.
     #[error(
-        "{}: it was changed: its name isn't the hash of its content; the study that made it \
-         writes it anew",
+        "{}: it was changed: its name isn't the hash of its content; run its study again to \
+         rewrite it",
         path.display()
     )]
     Changed {

@@ -181,8 +181,8 @@ pub enum PlanError {
     },
     /// The load names a file of orders.
     #[error(
-        "{file}: load: a study takes a file of orders by an option: give --orders {orders}, which \
-         takes the place of the whole load",
+        "{file}: load: a study gets a file of orders by an option: give --orders {orders}, which \
+         replaces the whole load",
         file = file.display()
     )]
     FileOfOrders {

@@ -54,7 +54,7 @@ pub enum StoreError {
     },
     /// The database can't be used.
     #[error(
-        "{}: {reason}; finished runs are kept beside it, and the same command goes on",
+        "{}: {reason}; finished runs are kept beside it; repeat the command to continue",
         path.display()
     )]
     Database {
@@ -183,7 +183,7 @@ impl Store {
         match file::read(path, MAX_FILE_BYTES) {
             Ok(bytes) if bytes == text.as_bytes() => return Ok(()),
             Err(error) if error.kind() == ErrorKind::NotFound => {}
-            _ => self.doubt(path, "it was changed, and is written anew"),
+            _ => self.doubt(path, "it was changed, and is written again"),
         }
         write_whole(path, text.as_bytes())
     }
@@ -306,9 +306,9 @@ enum Doubt {
     Missing,
     #[error("can't be read: {0}")]
     Unreadable(std::io::Error),
-    #[error("it was changed, or this user didn't make it")]
+    #[error("it was changed, or made by another user")]
     Unsealed,
-    #[error("it is no result")]
+    #[error("it isn't a result")]
     NoOutcome,
     #[error("it is the result of another job")]
     OfAnotherJob,

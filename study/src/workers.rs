@@ -60,13 +60,13 @@ pub enum WorkersError {
         reason: std::io::Error,
     },
     /// A result can't be written.
-    #[error("{0}; finished runs are kept, and the same command goes on")]
+    #[error("{0}; finished runs are kept; repeat the command to continue")]
     Output(String),
     /// The adapter to a cluster has ended.
     #[error("{0}; finished runs are kept")]
     Adapter(String),
     /// The user has interrupted the study.
-    #[error("interrupted; finished runs are kept, and the same command goes on")]
+    #[error("interrupted; finished runs are kept; repeat the command to continue")]
     Interrupted,
 }
 

@@ -53,7 +53,7 @@ fn a_child_that_saves_its_work_is_waited_for_and_one_that_hangs_is_killed() {
     let messages = String::from_utf8_lossy(&output.stderr);
     assert!(folder.path().join("saved").exists(), "{messages}");
     for message in [
-        "saver still saves its work; another Ctrl-C cuts it off",
+        "saver is still saving its work; another Ctrl-C kills it",
         "deaf did not end within 5 s and was killed",
         "hanging made no progress for 5 s at its end and was killed",
     ] {

@@ -83,7 +83,7 @@ fn a_job_of_a_stranger_is_neither_run_nor_counted() {
     for result in study.files("results") {
         fs::remove_file(result).expect("removed");
     }
-    study.assert_same_answer("it was changed, and is written anew");
+    study.assert_same_answer("it was changed, and is written again");
     assert!(!marker.exists(), "the command of a stranger ran");
 }
 
@@ -91,14 +91,14 @@ fn a_job_of_a_stranger_is_neither_run_nor_counted() {
 fn results_and_layouts_that_were_changed_do_not_change_the_answer() {
     let study = Finished::new();
     study.change("results", |result| result.replace("\"secs\":120.0", "\"secs\":60.0"));
-    study.assert_same_answer("or this user didn't make it: its run is done again");
+    study.assert_same_answer("or made by another user: its run is done again");
     study.change("results", |_| String::new());
     study.assert_same_answer("its run is done again");
     study.change("results", |result| result[..result.len() - 40].to_owned());
     study.assert_same_answer("its run is done again");
     study.change("files", |layout| layout.replace("Edges:", "# stranger\nEdges:"));
     study.change("results", |result| result.to_lowercase() + " ");
-    study.assert_same_answer("it was changed, and is written anew");
+    study.assert_same_answer("it was changed, and is written again");
 }
 
 /// Makes a program that leaves a marker beside itself. It takes any arguments.

@@ -24,7 +24,7 @@ use crate::fleet::{Process, eventually, graphs, regatta, unique};
 const COLUMNS: [&str; 5] =
     [ACTIVITY.name(), BATTERY.name(), GOAL.name(), TYPE.name(), WAITS_FOR.name()];
 
-/// What a plugin saw of a run, as a hash for each kind of data.
+/// The data of a run that a plugin saw, as a hash for each kind of data.
 #[derive(Debug, Default, PartialEq)]
 struct Seen {
     frames: u64,

@@ -20,6 +20,7 @@ mod help_texts;
 mod hostile;
 mod in_process;
 mod lockstep;
+mod messages;
 mod metrics;
 mod orders;
 mod orders_check;

@@ -35,8 +35,8 @@ fn each_row_that_cannot_be_used_is_a_line() {
         "line 5: column time: `25:00` has an hour",
         "line 7: there are two orders `2`, the first in line 3",
         "orders        5, problems 3",
-        "begin         08:00, which is time 0 of a run",
-        "longest gap   125 min without an order, 1.0 h after the begin",
+        "start         08:00, which is time 0 of a run",
+        "longest gap   125 min without an order, 1.0 h after the start",
         "   0       2\n   1       1\n   2       0\n   3       2\n",
         "     2  1 → 3\n",
     ] {

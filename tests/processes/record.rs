@@ -396,7 +396,7 @@ fn a_full_disk_ends_the_recording_but_not_the_file() {
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "{report}");
     assert!(
-        report.contains("nothing is recorded from here on")
+        report.contains("nothing is recorded from now on")
             && report.contains("could not be written"),
         "{report}"
     );

@@ -543,7 +543,7 @@ fn a_full_disk_is_told_and_nothing_finished_is_lost() {
             ["disk is full", "No space left"].iter().any(|reason| last.contains(reason)),
             "{message}"
         );
-        assert!(last.contains("the same command goes on"), "{message}");
+        assert!(last.contains("repeat the command to continue"), "{message}");
     }
     success(&goes_on);
     assert!(kept.iter().all(|(file, time)| after.get(file) == Some(time)), "no run is done again");

@@ -234,7 +234,7 @@ fn what_is_wrong_with_a_day_or_a_target_is_told_in_one_line() {
         (vec!["--orders", &unknown], "line 3: stop 1 is at `X9`"),
         (vec!["--orders", &empty], "there are no orders in it"),
         (vec!["--orders", &day, "--resample", "soon"], "or none"),
-        (vec!["--orders", &day, "--vary", "load={\"per_hour\":3}"], "take its place"),
+        (vec!["--orders", &day, "--vary", "load={\"per_hour\":3}"], "--orders replaces it"),
     ] {
         let mut command: Command = regatta();
         command.arg("study").arg(&plant).args(&args).current_dir(folder.path());

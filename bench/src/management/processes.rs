@@ -162,10 +162,10 @@ fn goals_per_sec(run: &Value, setup: &Setup) -> f64 {
     counted as f64 / ((end - first).max(1) * period_secs) as f64
 }
 
-/// The wall time of an engine that has made all its ticks: `600 ticks, 60.00 s simulated in 1.23 s,
-/// 0 late`.
+/// The wall time of an engine that has made all its ticks: `engine: 600 ticks, 60.00 s simulated
+/// in 1.23 s, 0 late`.
 fn wall_secs(log: &str, ticks: u64) -> Option<f64> {
-    let start = format!("{ticks} ticks, ");
+    let start = format!("engine: {ticks} ticks, ");
     let (_, rest) =
         log.lines().rfind(|line| line.starts_with(&start))?.split_once(" s simulated in ")?;
     rest.split_whitespace().next()?.parse().ok().filter(|secs| *secs > 0.0)
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn an_engine_tells_how_long_it_took() {
-        let log = "a warning\n600 ticks, 60.00 s simulated in 1.25 s, 0 late\n";
+        let log = "a warning\nengine: 600 ticks, 60.00 s simulated in 1.25 s, 0 late\n";
         assert_eq!(
             (wall_secs(log, 600), wall_secs(log, 700)),
             (Some(1.25), None),

@@ -320,7 +320,7 @@ impl<'text> Builder<'text> {
             }
             Event::Alias(anchor) => {
                 let Some(value) = self.anchors.get(&anchor) else {
-                    let reason = "an alias is inside of its own anchor; write the value out";
+                    let reason = "an alias is inside its own anchor; write the value out";
                     return Err(Error { line, reason: reason.to_owned() });
                 };
                 let (entries, value) = (entries(value), value.clone());

@@ -35,9 +35,10 @@ pub(super) fn override_facilities(
 /// Returns a warning for each lift that lacks nodes for its capacity, as a scenario or a file has
 /// it.
 pub(super) fn lacking_places(graph: &RouteGraph) -> BTreeSet<String> {
-    let lacking = graph.lifts().iter().filter_map(|lift| {
-        Some(format!("warning: lifts, {}: it {}", lift.name, lift.lack_of_places()?))
-    });
+    let lacking = graph
+        .lifts()
+        .iter()
+        .filter_map(|lift| Some(format!("lifts, {}: it {}", lift.name, lift.lack_of_places()?)));
     lacking.collect()
 }
 

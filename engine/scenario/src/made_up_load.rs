@@ -55,8 +55,8 @@ impl MadeUpLoad {
         match self {
             Self::Transports { .. } => None,
             _ if has_transports => Some(format!(
-                "no robot can drive from a station to pick at to another one to drop at, and back; \
-                 orders lead {} instead",
+                "robots can't drive from a pick station to a drop station and back; orders lead {} \
+                 instead",
                 self.words()
             )),
             Self::Stations(_) => None,
@@ -64,7 +64,7 @@ impl MadeUpLoad {
                 let reason = match station_nodes(whole).len() {
                     0 if is_without_stations(whole) => return None,
                     0 => "all stations are chargers and parking places",
-                    1 => "there is one station for orders only",
+                    1 => "there is only one station for orders",
                     _ => "robots can't drive between two stations",
                 };
                 Some(format!("{reason}; orders lead {} instead", self.words()))
@@ -75,7 +75,7 @@ impl MadeUpLoad {
     /// The stops in words, as in 'each robot has an order, from …'.
     pub fn words(&self) -> &'static str {
         match self {
-            Self::Transports { .. } => "from stations to pick at to stations to drop at",
+            Self::Transports { .. } => "from pick stations to drop stations",
             Self::Stations(_) => "from one station to another",
             Self::Nodes(_) => "from one node to another",
         }

@@ -57,7 +57,7 @@ pub(super) fn cut_off(groups: &[RobotGroup], graph: &RouteGraph) -> Option<Strin
     }
     let (noun, verb) = if names.len() == 1 { ("robot", "starts") } else { ("robots", "start") };
     Some(format!(
-        "warning: {noun} {}{more} {verb} outside of the layout's main part: no way leads there and \
+        "{noun} {}{more} {verb} outside of the layout's main part: no way leads there and \
          back, so that only orders of the same part can be carried; start elsewhere, or \
          connect the roads (`regatta graph check --traffic` shows the parts)",
         named.join(", ")

@@ -65,7 +65,10 @@ impl Scenario {
         }
         let mut scenario = Self::of_scenario(text, name, overrides)?;
         if let Some((line, message)) = source.doubt() {
-            scenario.warnings.of_scenario.push(format!("{}:{line}: {message}", name.display()));
+            scenario
+                .warnings
+                .of_scenario
+                .push(format!("{}:{line}: warning: {message}", name.display()));
         }
         Ok(scenario)
     }
@@ -133,7 +136,7 @@ impl Scenario {
         let skipped = scenario
             .skipped
             .into_iter()
-            .map(|entry| format!("{}: {entry}: left out", name.display()));
+            .map(|entry| format!("{}: warning: {entry}: left out", name.display()));
         parsed.warnings.of_scenario.extend(skipped);
         Ok(parsed)
     }

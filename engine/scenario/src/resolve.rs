@@ -71,7 +71,7 @@ pub(super) fn resolve(
         .into_iter()
         .flatten()
         .chain(lacking_places(&graph).difference(&lacking_before).cloned())
-        .map(|message| format!("{}: {message}", source.path.display()))
+        .map(|message| format!("{}: warning: {message}", source.path.display()))
         .collect();
 
     Ok(Scenario {
@@ -139,7 +139,7 @@ fn no_charger(
     let has_charger = nodes.any(|(role, part)| role == Role::Charge && *part == main);
     (!has_charger).then(|| {
         format!(
-            "warning: robots of the type `{}` have batteries, and no charger is in the main part \
+            "robots of the type `{}` have batteries, and no charger is in the main part \
              of the layout: they stop when they are flat; give nodes the role `charge`",
             kind.name
         )
@@ -157,7 +157,7 @@ fn larger_unused_type(groups: &[RobotGroup], robot_types: &[RobotType]) -> Optio
     let mut unused = (0..).zip(robot_types).filter(|(index, _)| !used.contains(index));
     let (_, kind) = unused.find(|(_, kind)| !used.is_empty() && is_larger(kind))?;
     Some(format!(
-        "warning: no robot has the type `{}`, and a fleet manager keeps room for the largest type: \
+        "no robot has the type `{}`, and a fleet manager keeps room for the largest type: \
          remove it, unless robots of it are added later",
         kind.name
     ))

@@ -289,7 +289,8 @@ fn a_publish_rate_that_does_not_divide_the_rate_is_rounded_with_a_warning() {
             .warnings
             .of_scenario
             .iter()
-            .any(|warning| warning.contains("33.333 frames per second")),
+            .any(|warning| warning.contains(": warning: publish_rate 40 doesn't divide")
+                && warning.contains("33.333 frames per second")),
         "{scenario:?}"
     );
     let scenario =

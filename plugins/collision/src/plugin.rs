@@ -31,14 +31,14 @@ pub struct Cli {
     /// Distance below which two robots are a possible collision, in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.2, allow_negative_numbers = true)]
     pub margin: f32,
-    /// Time within which two robots are a possible collision if they will touch when both continue
-    /// along their routes, in seconds; 0 checks only the present
+    /// Seconds to look ahead: two robots that will touch within this time if both continue along
+    /// their routes are a possible collision; 0 checks only the present
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     pub horizon: f32,
     /// Don't ask the engine for routes; assume that a robot may turn onto any edge
     #[arg(long)]
     pub no_routes: bool,
-    /// Append a line for each begin and end of a contact or a warning to this file
+    /// Append a line to this file for each start and end of a contact or a warning
     #[arg(long, value_name = "FILE.csv")]
     pub log: Option<PathBuf>,
     /// At the end of a run, print totals, and the ten worst pairs, robots and edges
@@ -138,8 +138,8 @@ impl CollisionPlugin {
         {
             if start.elapsed() > TYPES_WAIT {
                 tell!(
-                    "collision: no process publishes the column 'type': all robots count as the \
-                     first robot type"
+                    "collision: no process publishes the column 'type': all robots are taken for \
+                     the first robot type"
                 );
                 break;
             }

@@ -147,18 +147,18 @@ fn has_short_blocks(roads: &Roads) -> bool {
 /// The planner that decides which way robots go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum PlannerKind {
-    /// The one of the others that suits the roads and the number of robots
+    /// The planner that suits the roads and the number of robots
     #[default]
     Auto,
-    /// Committed ways to rest places; for roads that are driven both ways, with dead ends
+    /// Committed ways to rest places; for two-way roads with dead ends
     Committed,
-    /// The fastest way, with the time added that others lose on it; for roads whose lanes are
-    /// driven one way
+    /// The fastest route, counting the time that other robots lose on it; for roads with one-way
+    /// lanes
     Lanes,
-    /// Priority inheritance with backtracking: from place to place; where opposing traffic shares
-    /// one track
+    /// Priority inheritance with backtracking, from place to place; for opposing traffic on one
+    /// track
     Pibt,
-    /// Time-enhanced A*: whole paths in time layers; for some tens of robots
+    /// Time-enhanced A*: whole paths in time layers; for a few tens of robots
     Tea,
 }
 

@@ -46,27 +46,27 @@ pub struct Cli {
     /// The orders.
     #[command(flatten)]
     pub orders: OrderSettings,
-    /// Keep the computed roads of large worlds in this folder: the next start is faster [default:
-    /// the user's cache folder]
+    /// Keep the computed roads of large worlds in this folder, so that the next start is faster
+    /// [default: the user's cache folder]
     #[arg(long, value_name = "FOLDER")]
     pub cache: Option<PathBuf>,
     /// Compute the roads of large worlds at each start
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
-    /// Planner that decides which way robots go
+    /// Planner that chooses the routes of robots
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
-    /// Release edges as a whole: for robots that stop at nodes only
+    /// Release only whole edges, for robots that stop only at nodes
     #[arg(long)]
     pub whole_edges: bool,
     /// Seconds from a frame until a command that answers it takes effect
     #[arg(long, value_name = "SECONDS", value_parser = latency)]
     pub latency: Option<f32>,
-    /// Let robots drive through each other: an upper bound for any management
+    /// Let robots drive through each other: an upper bound for any fleet manager
     #[arg(long, hide = true)]
     pub no_conflicts: bool,
-    /// Give orders to robots in turn, wherever they are: then an endless load sends each robot to
-    /// random nodes
+    /// Give orders to robots in turn, wherever they are, so that an endless load sends each robot
+    /// to random nodes
     #[arg(long, hide = true)]
     pub in_turn: bool,
     /// Serve no orders over HTTP, not even at a Unix socket of this user

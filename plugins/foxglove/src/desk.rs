@@ -20,7 +20,7 @@ const MOST_WAITING: usize = 64;
 
 /// The error of a wish that isn't taken.
 #[derive(Debug, thiserror::Error)]
-#[error("others have asked for too much; try again")]
+#[error("too many requests are waiting; try again later")]
 pub(crate) struct Busy;
 
 /// The form of the answer.
@@ -103,7 +103,7 @@ impl Attendant {
     /// Steps on another thread, and answers from there.
     fn step(&self, ticks: u64, reply: Reply, outbox: Arc<Outbox>) {
         if self.is_stepping.swap(true, Ordering::Relaxed) {
-            let reason = "steps of another request are being made".to_owned();
+            let reason = "another request is stepping the fleet; try again later".to_owned();
             return answer(&reply, Err(reason), &outbox);
         }
         let (fleet, is_stepping) = (self.fleet.clone(), Arc::clone(&self.is_stepping));

@@ -72,7 +72,7 @@ impl Hub {
     /// Tells the first fault of a kind.
     pub fn tell(&self, fault: Fault, message: std::fmt::Arguments<'_>) {
         if !self.has_told[fault as usize].swap(true, Ordering::Relaxed) {
-            tell!("foxglove: {message} (further ones aren't told)");
+            tell!("foxglove: {message} (further ones aren't reported)");
         }
     }
 

@@ -20,13 +20,14 @@ pub struct Cli {
     /// Site whose pages may connect, such as `https://app.foxglove.dev`; may be repeated
     #[arg(long, value_name = "ORIGIN")]
     pub allow_origin: Vec<String>,
-    /// Take clients only with the token of this file, in their address: ws://IP:PORT/?token=TOKEN
+    /// Accept only clients that have the token of this file in their address:
+    /// ws://IP:PORT/?token=TOKEN
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub token_file: Option<PathBuf>,
-    /// Offer no services and change no parameters, so that nobody steers the fleet
+    /// Offer no services and change no parameters, so that nobody can steer the fleet
     #[arg(long)]
     pub read_only: bool,
-    /// Write a layout for Foxglove and Lichtblick to this file, and end
+    /// Write a layout for Foxglove and Lichtblick to this file, and exit
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub layout: Option<PathBuf>,
     /// The options of every plugin.
@@ -36,5 +37,5 @@ pub struct Cli {
 
 fn address(text: &str) -> Result<SocketAddr, &'static str> {
     let addresses = text.to_socket_addrs().map_err(|_| "give IP:PORT, for example 127.0.0.1:8765");
-    addresses?.next().ok_or("this name has no address")
+    addresses?.next().ok_or("this host name has no address")
 }

@@ -178,9 +178,9 @@ fn tell_address(cli: &Cli, server: &Server, has_token: bool) {
     let address = server.address();
     let can = if cli.read_only { "read" } else { "read and steer" };
     let who = match (has_token, address.ip().is_loopback()) {
-        (true, _) => "who has the token".to_owned(),
+        (true, _) => "anyone who has the token".to_owned(),
         (false, true) => "there are no credentials: any user of this machine".to_owned(),
-        (false, false) => "there are no credentials: who reaches this address".to_owned(),
+        (false, false) => "there are no credentials: anyone who reaches this address".to_owned(),
     };
     let query = if has_token { "/?token=TOKEN" } else { "" };
     let fleet = &cli.options.fleet;

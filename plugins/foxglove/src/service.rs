@@ -33,7 +33,7 @@ pub(crate) enum Wish {
 /// The error of arguments that mean nothing.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ArgumentError {
-    #[error("the arguments aren't as the service wants them: {0}")]
+    #[error("the arguments are invalid: {0}")]
     Json(#[from] serde_json::Error),
     #[error("give a number of ticks from 1 to {MOST_TICKS}")]
     Ticks,

@@ -25,7 +25,7 @@ pub enum CsvError {
     },
     /// The file has another header.
     #[error(
-        "{path} has another content: its first line is not the header; move it away, or choose \
+        "{path} is another kind of file: its first line is not the header; move it away, or choose \
          another file"
     )]
     OtherHeader {

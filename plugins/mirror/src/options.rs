@@ -10,7 +10,7 @@ use crate::wire::Encoding;
 /// A subcommand of `regatta mirror`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum MirrorCommand {
-    /// Offer a fleet of this host to other hosts, which see and steer it
+    /// Offer a fleet of this host to other hosts, which can see and steer it
     Send(SendArgs),
     /// Write a fleet of another host into this host's shared memory
     Receive(ReceiveArgs),
@@ -39,7 +39,7 @@ pub struct SendArgs {
     #[command(flatten)]
     /// Connections
     pub link: LinkArgs,
-    /// Take neither commands nor control requests from other hosts
+    /// Accept neither commands nor control requests from other hosts
     #[arg(long)]
     pub read_only: bool,
     /// Frames per second at most [default: all]

@@ -48,8 +48,8 @@ fn tell(args: &SendArgs, link: &Link) {
     let access = match link.asks_credentials {
         true => "peers must show credentials".to_owned(),
         false => format!(
-            "without credentials: whoever reaches the address, other users of this host too, can \
-             {steering} the fleet; --config asks for passwords or certificates"
+            "without credentials: anyone who reaches the address, including other users of this \
+             host, can {steering} the fleet; --config sets passwords or certificates"
         ),
     };
     regatta_plugin::tell!(

@@ -262,7 +262,7 @@ class Obstacle(IntEnum):
 
 
 class Activity(IntEnum):
-    """What a robot is doing: the values of the column ``activity``."""
+    """The activity of a robot: the values of the column ``activity``."""
 
     IDLE = 0
     """It has nothing to do."""

@@ -14,7 +14,7 @@ from regatta._numbers import number
 REASONS = {
     ManagerAnswer.UNKNOWN_ROBOT: "there is no robot {robot}",
     ManagerAnswer.UNKNOWN_NODE: "there is no node {node}",
-    ManagerAnswer.NO_WAY: "no way leads robot {robot} to node {node}",
+    ManagerAnswer.NO_WAY: "robot {robot} has no way to node {node}",
     ManagerAnswer.NOT_SENT: "robot {robot} was not sent anywhere",
     ManagerAnswer.NOT_READY: "the fleet manager has seen no frame yet",
 }

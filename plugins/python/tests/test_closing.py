@@ -1,4 +1,4 @@
-"""What is open can be closed, and ``with`` does so."""
+"""Open objects can be closed, and ``with`` does so."""
 
 from collections.abc import Callable
 from typing import Any

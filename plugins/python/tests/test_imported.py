@@ -41,7 +41,7 @@ class Layout:
     file: str
     edges: Callable[[Path], list[Edge]]
     options: dict[str, str] = field(default_factory=dict)
-    """How to read it: options of the command line."""
+    """The options of the command line that read it."""
 
     @property
     def path(self) -> Path:

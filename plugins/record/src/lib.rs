@@ -85,8 +85,7 @@ pub struct RecordArgs {
     #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
     #[arg(value_parser = parse_poses_rate)]
     poses_rate: f64,
-    /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the
-    /// file itself
+    /// Repair a truncated recording instead of recording; with --output, repair a copy
     #[arg(long, value_name = "FILE")]
     repair: Option<PathBuf>,
 }

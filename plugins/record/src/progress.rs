@@ -57,7 +57,7 @@ impl Progress {
     /// Shows the progress, and returns the time until the next picture of it.
     fn show(&mut self, done: f64) -> Duration {
         if !stderr().is_terminal() {
-            regatta_plugin::tell!("{}: {:.0} % done", self.name, done * 100.0);
+            regatta_plugin::tell!("regatta: {}: {:.0} % done", self.name, done * 100.0);
             return LINE_PERIOD;
         }
         let bar = self.bar.get_or_insert_with(|| {

@@ -103,7 +103,7 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let annotations = Annotations::open(ports.participant(), &recording, with_history)?;
     let stage = Stage::open(&mut ports, &topics, annotations);
     regatta_plugin::tell!(
-        "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
+        "replay: fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
         recording.count(&Topic::Frames),
         start.as_secs_f64(),

@@ -108,7 +108,7 @@ impl Desk {
             let outcome = Attendant::join(&fleet, counter)
                 .and_then(|attendant| attendant.serve(&taken, &is_over_too));
             if let Err(error) = outcome {
-                tell!("ros2: no requests are taken any more: {error}");
+                tell!("ros2: requests are no longer accepted: {error}");
             }
         })?;
         Ok(Self { inputs, is_over, thread: Some(thread) })

@@ -33,7 +33,7 @@ pub(crate) enum FloorError {
     File { path: PathBuf, source: std::io::Error },
     #[error("{}:{}: not a map of ROS: {}", path.display(), error.line, error.reason)]
     Yaml { path: PathBuf, error: yaml::Error },
-    #[error("{}: not a picture of a map: {source}; PGM and PNG are", path.display())]
+    #[error("{}: not a picture of a map ({source}); give a PGM or PNG file", path.display())]
     Picture { path: PathBuf, source: image::ImageError },
 }
 
@@ -132,7 +132,10 @@ fn grid(map: &MapFile, picture: &GrayImage) -> OccupancyGrid {
         *cell = worse(*cell, map.cell(pixel.0[0]));
     }
     if step > 1 {
-        tell!("ros2: DDS loses larger messages: {step} × {step} cells of the map are one");
+        tell!(
+            "ros2: DDS loses larger messages: {step} × {step} cells of the map are combined into \
+             one"
+        );
     }
     let [x, y, theta] = map.origin;
     OccupancyGrid {

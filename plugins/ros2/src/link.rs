@@ -35,7 +35,7 @@ const NODE: &str = "regatta";
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LinkError {
     /// The sockets can't be opened, for example.
-    #[error("can't take part in domain {domain} of ROS 2 ({reason}); name another by --domain")]
+    #[error("can't join domain {domain} of ROS 2 ({reason}); choose another with --domain")]
     Participant { domain: u16, reason: CreateError },
     #[error("can't create a node of ROS 2: {0}")]
     Node(#[from] NodeCreateError),
@@ -252,8 +252,8 @@ pub(crate) fn tell_ports(domain: u16, number: u16, networks: &[Ipv4Addr], can: &
         networks => networks.iter().map(Ipv4Addr::to_string).collect::<Vec<_>>().join(", "),
     };
     tell!(
-        "ros2: in domain {domain} on {on}; DDS binds its UDP ports {ports} on all interfaces all \
-         the same, and has no passwords: who reaches them can {can} the fleet"
+        "ros2: in domain {domain} on {on}; DDS binds its UDP ports {ports} on all interfaces, and \
+         has no passwords: anyone who reaches them can {can} the fleet"
     );
 }
 
@@ -278,7 +278,7 @@ impl<M: Message> Output<M> {
         }
         match error {
             WriteError::WouldBlock { .. } => tell!(
-                "ros2: {}: a reader takes no messages; they are left out until it does or is gone",
+                "ros2: {}: a reader takes no messages; they are left out until it does, or is gone",
                 self.name
             ),
             error => tell!("ros2: {}: {error}", self.name),

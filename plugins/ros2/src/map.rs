@@ -62,7 +62,7 @@ pub(crate) enum GoalError {
     #[error("its position isn't finite")]
     NotFinite,
     #[error(
-        "the nearest node, {node}, is {distance:.1} m away; at most {NEAR} m are driven beside"
+        "the nearest node, {node}, is {distance:.1} m away; give a pose within {NEAR} m of a node"
     )]
     Far { node: u32, distance: f64 },
     #[error("the fleet has no nodes")]

@@ -37,10 +37,10 @@ pub struct Cli {
     /// Publish this map of the ROS map server (YAML) as an occupancy grid
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub map: Option<PathBuf>,
-    /// Accept no goals and offer no services, so that nobody steers the fleet
+    /// Accept no goals and offer no services, so that nobody can steer the fleet
     #[arg(long)]
     pub read_only: bool,
-    /// Publish fleet, doors and lifts as Open-RMF has them, and take its requests
+    /// Publish the fleet, doors and lifts as messages of Open-RMF, and accept its requests
     #[arg(long)]
     pub open_rmf: bool,
     /// The options of every plugin.

@@ -138,7 +138,10 @@ impl Poses {
         let robots: Vec<_> = robots.collect();
         let left_out = snapshot.robots.len() - robots.len();
         if left_out > 0 && !std::mem::replace(&mut self.has_told_frames, true) {
-            tell!("ros2: {left_out} robots have no frame in /tf; --frames chooses those that have");
+            tell!(
+                "ros2: {left_out} robots have no frame in /tf; --frames chooses the robots that \
+                 have one"
+            );
         }
         let header = Header::new(&snapshot.stamp(), MAP);
         for robots in robots.chunks(TRANSFORMS) {

@@ -220,7 +220,7 @@ fn set_state(wanted: u8, control: &mut Control) -> Result {
         (_, state::PLAYING) => control.resume(),
         (_, state::PAUSED) => control.pause(),
         (_, state::STOPPED | state::QUITTING) => {
-            let reason = "a run can be paused, and not be ended from here";
+            let reason = "a run can be paused, but not ended from here";
             return Result::failed(code::FEATURE_UNSUPPORTED, reason);
         }
         (_, other) => {

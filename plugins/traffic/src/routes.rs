@@ -100,7 +100,7 @@ impl Drop for RouteWatch {
 }
 
 fn report(error: &impl std::fmt::Display) {
-    regatta_plugin::tell!("traffic: routes aren't known: {error}");
+    regatta_plugin::tell!("traffic: the routes of robots are unknown: {error}");
 }
 
 fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiver<()>) -> Result {

@@ -21,7 +21,7 @@ use crate::tally::{Effort, EverySecond};
 #[command(name = "udp", max_term_width = 100)]
 #[command(mut_arg("rate", |rate| rate.help("Frames per second to send, or 'all' [default: 50]")))]
 #[command(mut_arg("verbose", |verbose| verbose.help(
-    "Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv for \
+    "Print statistics once a second, and warnings of the shared-memory library (iceoryx2); -vv for \
      its complete log"
 )))]
 struct SenderOptions {
@@ -33,7 +33,7 @@ struct SenderOptions {
     robots: RobotRange,
     #[command(flatten)]
     form: Form,
-    /// Part of the time between frames over which a frame's datagrams are spread, 0 to 1
+    /// Fraction of the time between frames over which a frame's datagrams are spread, 0 to 1
     #[arg(long, value_name = "PART", default_value = "0.5")]
     pace: f64,
     /// Receive answers `id x y theta` at this address, and compare them with the sent lines
@@ -51,7 +51,7 @@ struct SenderOptions {
     /// Decimals of the answers [default: those of the sent lines]
     #[arg(long, value_name = "N", value_parser = options::decimals, requires = "listen")]
     echo_decimals: Option<usize>,
-    /// Seconds within which a line has to be answered
+    /// Seconds within which a line must be answered
     #[arg(long, value_name = "SECONDS", default_value = "1", requires = "listen")]
     #[arg(value_parser = options::seconds)]
     echo_deadline: Duration,

@@ -42,7 +42,7 @@ struct SourceOptions {
     /// Frames per second
     #[arg(long, value_name = "HZ", default_value = "50", value_parser = rate)]
     rate: f64,
-    /// Ignore robots with ids from this number on
+    /// Ignore robots whose id is this number or higher
     #[arg(long, value_name = "N", default_value = "10000")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=MAX_ROBOTS))]
     max_robots: u32,
@@ -73,7 +73,7 @@ struct SourceOptions {
     /// Name in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv
+    /// Print statistics once a second, and warnings of the shared-memory library (iceoryx2); -vv
     /// for its complete log
     #[arg(short, long, action = clap::ArgAction::Count)]
     verbose: u8,

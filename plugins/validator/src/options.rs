@@ -20,7 +20,7 @@ pub struct JudgeOptions {
     /// Write the report to this file as Markdown
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
-    /// Don't fail because of findings of these kinds
+    /// Don't fail on findings of these kinds
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     allow: Vec<Kind>,
     /// An order that isn't finished after this time is a finding
@@ -34,7 +34,7 @@ pub struct JudgeOptions {
     #[arg(long, value_name = "TIME", default_value = "5min")]
     standstill_after: humantime::Duration,
     /// A robot that stands with an order for this time is a finding, and so are robots that drive
-    /// this long without coming to a stop
+    /// this long without reaching a stop of their orders
     #[arg(long, value_name = "TIME", default_value = "10min")]
     stuck_after: humantime::Duration,
     /// Number of examples of each kind in the report
@@ -55,7 +55,7 @@ pub enum JudgeError {
     },
     /// There are findings that are not allowed.
     #[error(
-        "the validator has {}: {kinds}; `--allow KIND` lets a kind pass",
+        "the validator found {}: {kinds}; `--allow KIND` ignores a kind",
         plural(*count, "finding")
     )]
     Findings {

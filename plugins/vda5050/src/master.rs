@@ -166,7 +166,7 @@ impl Master {
                 Incoming::Lost { reason, .. } => {
                     if self.is_connected.replace(false) != Some(false) {
                         let url = &self.url;
-                        tell!("vehicles: no connection to {url} ({reason}); it is tried again");
+                        tell!("vehicles: no connection to {url} ({reason}); trying again");
                     }
                 }
             }
@@ -199,7 +199,10 @@ impl Master {
                 let Ok(state) = decode::<State>(payload) else { return };
                 post.learn(&state.header);
                 if post.learn_spelling(&state.errors) {
-                    tell!("vehicles: {name} gets instant actions as 1.1 spells them from now on");
+                    tell!(
+                        "vehicles: from now on, {name} gets instant actions as version 1.1 spells \
+                         them"
+                    );
                 }
                 vehicle.take_state(state, roads, limits, now);
             }
@@ -234,12 +237,12 @@ impl Master {
         if count + self.refused.len() >= self.options.most_vehicles {
             if !std::mem::replace(&mut self.is_full, true) {
                 let most = self.options.most_vehicles;
-                tell!("vehicles: there are more than {most} vehicles; others are left alone");
+                tell!("vehicles: there are more than {most} vehicles; the others are ignored");
             }
             return None;
         }
         let Some(post) = Post::new(name) else {
-            tell!("vehicles: {name} is left alone: it speaks none of VDA 5050 2.0, 2.1 and 3.0");
+            tell!("vehicles: {name} is ignored: it speaks none of VDA 5050 2.0, 2.1 and 3.0");
             self.refused.insert(name.to_owned());
             return None;
         };

@@ -22,7 +22,7 @@ const NUMBER: &str = "{}";
 #[command(max_term_width = 100)]
 #[command(about = "Make the robots of a fleet vehicles of VDA 5050 on an MQTT broker")]
 pub struct Cli {
-    /// Broker; without one, a broker of the plugin's own listens on this machine
+    /// Broker to connect to; if not given, the plugin runs a broker on this machine
     #[arg(long, value_name = "mqtt://[USER@]HOST[:PORT]")]
     pub broker: Option<BrokerUrl>,
     /// File with the password of the broker's user [default: the environment variable
@@ -36,7 +36,7 @@ pub struct Cli {
     /// Accept clients of the plugin's own broker without user and password
     #[arg(long, conflicts_with = "broker")]
     pub anonymous: bool,
-    /// Versions of the standard: 2.0, 2.1 or 3.0; several are given to robots in turn
+    /// Versions of the standard: 2.0, 2.1 or 3.0; several are assigned to the robots in turn
     #[arg(long, value_name = "VERSION", value_delimiter = ',', default_value = "2.0")]
     pub protocol: Vec<Version>,
     /// First level of topics [default: uagv for 2.x, vda5050 for 3.0]
@@ -51,13 +51,13 @@ pub struct Cli {
     /// Name of the map, for layouts without levels
     #[arg(long, value_name = "NAME", default_value = "map")]
     pub map_id: String,
-    /// Seconds between two states, if nothing happens; at most 30
+    /// Seconds between two states if nothing happens; at most 30
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = state_interval)]
     pub state_every: f64,
     /// Seconds between two positions on the topic visualization; 0 for none
     #[arg(long, value_name = "SECONDS", default_value_t = 0.2, value_parser = seconds)]
     pub visualization_every: f64,
-    /// Duration of an action in simulated seconds; also declares an action of your own
+    /// Duration of an action in simulated seconds; a new name declares an action of your own
     #[arg(long, value_name = "NAME=SECONDS")]
     pub action: Vec<Duration>,
     /// Disturbances of the vehicles: failed-actions, refused-orders, lost-messages or
@@ -68,7 +68,7 @@ pub struct Cli {
     /// Seed of the disturbances
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub disturb_seed: u64,
-    /// Robots above which all share one connection, which has no last will
+    /// Number of robots above which all share one connection, without a last will
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub shared_above: usize,
     /// Options of every plugin.
@@ -182,7 +182,7 @@ impl Cli {
             (Some(user), Some(password)) => {
                 tell!("vda5050: broker at {url} for the user {user} with the password {password}")
             }
-            _ => tell!("vda5050: broker at {url} for everybody who reaches it"),
+            _ => tell!("vda5050: broker at {url} for anyone who reaches it"),
         }
         Ok((url, password))
     }

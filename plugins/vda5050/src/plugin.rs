@@ -229,7 +229,7 @@ impl Vehicles {
 
     fn tell_lost(&mut self, reason: &str) {
         if self.connections != Connections::Lost {
-            tell!("vda5050: no connection to {} ({reason}); it is tried again", self.url);
+            tell!("vda5050: no connection to {} ({reason}); trying again", self.url);
             self.connections = Connections::Lost;
         }
     }

@@ -220,7 +220,7 @@ impl LiveRun<'_> {
         if f64::from(p99) > most {
             return Err(RunError::Failed(format!(
                 "states took up to {p99:.1} s to the broker and back (p99): this machine or the \
-                 broker is too slow to tell the master's times"
+                 broker is too slow to measure the master's times"
             )));
         }
         let end = figures.first_order.unwrap_or(0.0) + self.plan.time.secs as f64;
@@ -287,7 +287,7 @@ impl From<Wait> for RunError {
     fn from(wait: Wait) -> Self {
         match wait {
             Wait::Over(error) => error,
-            Wait::Late => Self::Failed("its time is over".to_owned()),
+            Wait::Late => Self::Failed("the time of the run is over".to_owned()),
         }
     }
 }

@@ -1,4 +1,5 @@
-//! How many orders do 2, 4, 8 … robots carry in half an hour? Each run takes place in this process.
+//! Prints the orders that 2, 4, 8 … robots carry in half an hour. Each run takes place in this
+//! process.
 //!
 //! ```console
 //! $ cargo run --release -p regatta-run --example sweep -- graphs/warehouse-charging.yaml

@@ -27,7 +27,7 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         let name = prefix(variant);
         if !variant.assumptions.is_empty() {
             let assumed = variant.assumptions.join("; ");
-            caveats.push(format!("{name}**Assumed of the layout**: {assumed}."));
+            caveats.push(format!("{name}**Assumed about the layout**: {assumed}."));
         }
         for part in &variant.left_out {
             caveats.push(format!("{name}**Left out**: {part}."));
@@ -53,7 +53,7 @@ fn failures(variant: &VariantAnswer) -> Option<String> {
     let (robots, reason) = variant.failed.first()?;
     let robots = robots_in_words(*robots);
     Some(format!(
-        "**Failed runs**: with {robots}, a run failed: {reason}. The answer is without such runs."
+        "**Failed runs**: with {robots}, a run failed: {reason}. The answer leaves such runs out."
     ))
 }
 
@@ -94,7 +94,7 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     let robots = robots_in_words(point.robots);
     Some(format!(
         "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run on average: \
-         more came than the robots carried until then."
+         they came faster than the robots carried them."
     ))
 }
 
@@ -132,7 +132,7 @@ fn enough(variant: &VariantAnswer) -> Option<String> {
     if carries_all(point, if is_busy { 0.0 } else { FEW_OPEN }) {
         return Some(format!(
             "**The load is the limit**: {robots} had an order {busy:.0} % of the time. The answer \
-             is what came, not what they can carry."
+             is the load that came, not what they can carry."
         ));
     }
     if is_busy {
@@ -148,9 +148,9 @@ fn enough(variant: &VariantAnswer) -> Option<String> {
             charging * 100.0
         ),
         false => format!(
-            "**Orders waited**: {robots} had an order {busy:.0} % of the time only, though orders \
-             waited; {open:.0} were open at the end of a run on average. 'What robots spend their \
-             time on' shows the rest of it."
+            "**Orders waited**: {robots} had an order only {busy:.0} % of the time, although \
+             orders waited; {open:.0} were open at the end of a run on average. 'What robots spend \
+             their time on' shows the rest of it."
         ),
     })
 }

@@ -42,7 +42,7 @@ pub(super) fn of_least(variant: &VariantAnswer, least: &LeastAnswer) -> String {
     }
     if !least.uncertain.is_empty() {
         text += &format!(
-            " Of {}, it isn't known whether they meet them: give more --seeds.",
+            " Whether {} meet them isn't known: give more --seeds.",
             listed(&least.uncertain)
         );
     }
@@ -132,7 +132,8 @@ fn reason(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Opt
             Some(format!("robots wait in traffic {:.0} % of their time", 100.0 * waiting))
         }
         _ if busy >= BUSY && !is_load_endless && are_more_worse => Some(format!(
-            "robots have an order {:.0} % of the time, though more robots come less close",
+            "robots have an order {:.0} % of the time, but larger numbers of robots miss the \
+             targets by more",
             100.0 * busy
         )),
         _ if busy >= BUSY && !is_load_endless => Some(format!(
@@ -242,7 +243,7 @@ mod tests {
             ..binding(0.02, None)
         };
         let text = missed(&busy, false, true);
-        assert!(text.ends_with("though more robots come less close"), "{text}");
+        assert!(text.ends_with("but larger numbers of robots miss the targets by more"), "{text}");
         let text = missed(&busy, false, false);
         assert!(text.contains("14 orders are open"), "{text}");
         assert!(text.ends_with("so that there are too few of them"), "{text}");

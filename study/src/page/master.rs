@@ -214,7 +214,7 @@ fn waiting(point: &MasterPoint, variant: &Variant) -> Vec<Block> {
         let text = match robots >= 0.005 {
             true => format!(
                 "{robots:.2} vehicles stood at the end of their base on average; their orders \
-                 didn't tell where to."
+                 didn't say where to."
             ),
             false => "Nowhere: no vehicle stood and waited for a base.".to_owned(),
         };
@@ -289,7 +289,7 @@ fn breaches(answer: &MasterAnswer) -> Vec<Block> {
     if !errors.is_empty() {
         let list = errors.iter().map(|(kind, count)| format!("{count} `{kind}`"));
         let list = list.collect::<Vec<_>>().join(", ");
-        blocks.push(Block::Text(format!("Errors that vehicles told the master: {list}.")));
+        blocks.push(Block::Text(format!("Errors that vehicles reported to the master: {list}.")));
     }
     blocks
 }

@@ -32,7 +32,7 @@ pub(super) fn headline(answer: &Answer, of: &str) -> Option<Block> {
     let reliefs = answer.chosen.reliefs.as_ref()?;
     let best = reliefs.best()?;
     let gain = gain_in_words(reliefs, &best.gain?);
-    Some(Block::Finding(format!("{of}Would help the most: {}: {gain}.", best.candidate.words)))
+    Some(Block::Finding(format!("{of}The most helpful change: {}: {gain}.", best.candidate.words)))
 }
 
 /// Returns the finding in a sentence.

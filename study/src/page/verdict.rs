@@ -60,8 +60,8 @@ fn without_figures(variant: &VariantAnswer, minutes: f64) -> String {
     let unserved: u64 = variant.points.iter().map(|point| point.unserved).sum();
     if finished > 0 {
         let reason = match variant.other_findings.is_empty() && unserved == 0 {
-            true => "No finding tells what stopped the robots: look at a recording (--record).",
-            false => "The findings below tell what stopped the robots.",
+            true => "No finding shows what stopped the robots: look at a recording (--record).",
+            false => "The findings below show what stopped the robots.",
         };
         return format!(
             "not known: {finished} orders were finished at the beginning of the runs, and none \

@@ -106,9 +106,9 @@ enum Reason {
     Part,
     #[error("it needs a number of orders above 0, such as 400 or 400/h")]
     Orders,
-    #[error("less of this figure is better, so that its limit is written with `<`")]
+    #[error("smaller values of this figure are better: write its limit with `<`")]
     Least,
-    #[error("more orders are better, so that their limit is written with `>`")]
+    #[error("more orders are better: write their limit with `>`")]
     Most,
 }
 
@@ -297,8 +297,8 @@ mod tests {
             ("late < 0%", "needs a percentage"),
             ("orders/h > many", "needs a number of orders"),
             ("inf orders/h", "needs a number of orders"),
-            ("late > 1%", "written with `<`"),
-            ("orders/h < 400", "written with `>`"),
+            ("late > 1%", "limit with `<`"),
+            ("orders/h < 400", "limit with `>`"),
         ] {
             let error = text.parse::<Target>().expect_err(text).to_string();
             assert!(error.contains(reason) && !error.contains('\n'), "{text}: {error}");

@@ -67,7 +67,7 @@ fn a_result_that_was_changed_is_told_and_removed() {
         (|text| text.replace("}\n", "}"), "it was changed"),
         (|_| "\u{0}".repeat(100), "it was changed"),
         // Somebody else's own, with a seal.
-        (|text| Key::random().expect("a key").sealed(text), "this user didn't make it"),
+        (|text| Key::random().expect("a key").sealed(text), "made by another user"),
     ];
     for (change, reason) in changes {
         let folder = tempfile::tempdir().expect("a folder");

@@ -67,8 +67,10 @@ impl Running<'_> {
             // A few lines, which fit into the pipe: they are there as a whole.
             let _ = stderr.read_to_string(&mut text);
         }
-        let line =
-            text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
+        let line = text
+            .lines()
+            .rfind(|line| !line.trim().is_empty())
+            .unwrap_or("it ended without a message");
         let line = line.trim_start_matches("regatta: ").to_owned();
         Some(match status.code() {
             Some(code) if code == i32::from(UNWRITABLE) => Err(WorkersError::Output(line)),

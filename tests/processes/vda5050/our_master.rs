@@ -208,10 +208,10 @@ fn a_vehicle_that_rejects_or_is_driven_by_a_person_is_told_and_given_back() {
     master.wait_until("broken", 1);
     let messages = master.end();
     for news in [
-        "robot 0 (uagv/v2/KIT/7): it rejects its order: orderError: no way; its way is kept free",
+        "robot 0 (uagv/v2/KIT/7): it rejects its order: orderError: no way; its path is kept free",
         "robot 0 (uagv/v2/KIT/7): its operating mode is Manual; the edges around it are closed",
         "robot 0 (uagv/v2/KIT/7): it can be steered again",
-        "robot 0 (uagv/v2/KIT/7): its connection is broken; its way is kept free",
+        "robot 0 (uagv/v2/KIT/7): its connection is broken; its path is kept free",
     ] {
         assert!(messages.contains(news), "{news}: {messages}");
     }
@@ -240,7 +240,7 @@ fn vehicles_may_come_late_and_off_the_roads_and_those_of_1_1_are_told() {
     master.wait_until("idle", 2);
     let messages = master.end();
     for news in [
-        "uagv/v1/KIT/2 is left alone: it speaks none of VDA 5050 2.0, 2.1 and 3.0",
+        "uagv/v1/KIT/2 is ignored: it speaks none of VDA 5050 2.0, 2.1 and 3.0",
         "robot 1 (vda5050/v3/KIT/3): it is at no node or edge of the layout; the edges around it",
         "robot 1 (vda5050/v3/KIT/3): it can be steered again",
     ] {

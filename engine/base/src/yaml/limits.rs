@@ -39,7 +39,7 @@ pub fn check_limits(text: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// The begin of a line: blanks, and the indicators of items and keys (`-` and `?`).
+/// The start of a line: blanks, and the indicators of items and keys (`-` and `?`).
 #[derive(Default)]
 struct LineBegin {
     indicators: usize,

@@ -37,7 +37,7 @@ mod tests {
             );
             let (_, findings) = parse(&text, "p.csv", &ReadOptions::default()).expect("a graph");
             let findings = findings.as_slice().iter().map(ToString::to_string);
-            findings.filter(|line| line.contains("at the place of another node")).collect()
+            findings.filter(|line| line.contains("at the same place as another node")).collect()
         };
         let same: Vec<String> = told(["", ""]);
         assert_eq!(same.len(), 1, "{same:?}");

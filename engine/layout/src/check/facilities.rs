@@ -40,7 +40,7 @@ pub(super) fn check_doors(
         let edges: BTreeSet<EdgeIndex> =
             door.edges.iter().filter_map(|&id| check.edge(id)).collect();
         if edges.is_empty() {
-            check.error("leads along no edge: list the Edges that pass it");
+            check.error("is across no edge: list the Edges that lead through it");
         }
         check.one_level(&edges);
         doors.push(Door {
@@ -151,7 +151,9 @@ impl Check<'_, '_> {
         }
         let centre = cabin.centre - origin;
         if !is_in_range(centre) {
-            self.error(&format!("stands over {MAX_COORDINATE} m from the nodes: correct X and Y"));
+            self.error(&format!(
+                "stands more than {MAX_COORDINATE} m from the nodes: correct X and Y"
+            ));
         }
         Cabin { centre, yaw: to_radians(cabin.yaw, degrees), ..cabin }
     }
@@ -159,7 +161,9 @@ impl Check<'_, '_> {
     fn line(&mut self, line: [DVec2; 2], origin: DVec2) -> [DVec2; 2] {
         let line = line.map(|point| point - origin);
         if !line.iter().all(|point| is_in_range(*point)) {
-            self.error(&format!("has a Line over {MAX_COORDINATE} m from the nodes: correct it"));
+            self.error(&format!(
+                "has a Line more than {MAX_COORDINATE} m from the nodes: correct it"
+            ));
         }
         line
     }
@@ -174,7 +178,7 @@ impl Check<'_, '_> {
         if let Some(&other) = other {
             let [first, other] = [*first, other].map(|edge| self.graph.edge(edge).id);
             self.error(&format!(
-                "leads along edges {first} and {other}, which are on different levels: make it a \
+                "is across edges {first} and {other}, which are on different levels: make it a \
                  door on each level"
             ));
         }
@@ -399,17 +403,17 @@ Vertices:
             ),
             (
                 "Lifts:\n- {Name: L, Nodes: [2, 3], X: 9999, Y: 0, Width: 1, Depth: 1}\n",
-                "lift `L` stands over 8000 m from the nodes",
+                "lift `L` stands more than 8000 m from the nodes",
             ),
             (
                 "Doors:\n- {Name: d, Edges: [1], Line: [[1, 1e300], [1, 2]]}\n",
-                "door `d` has a Line over 8000 m from the nodes",
+                "door `d` has a Line more than 8000 m from the nodes",
             ),
             (
                 "Doors:\n- {Name: d, Edges: [1, 3]}\n",
-                "door `d` leads along edges 1 and 3, which are on different levels",
+                "door `d` is across edges 1 and 3, which are on different levels",
             ),
-            ("Doors:\n- {Name: d, Edges: []}\n", "door `d` leads along no edge"),
+            ("Doors:\n- {Name: d, Edges: []}\n", "door `d` is across no edge"),
             ("Doors:\n- {Name: d, Edges: [7]}\n", "door `d` names edge 7, which doesn't exist"),
             ("Doors:\n- {Name: d, Edges: [1], Line: [[1, 2]]}\n", "Line must have two points"),
             ("Doors:\n- {Edges: [1]}\n", "a door has no Name"),

@@ -44,8 +44,8 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     linter.warn_of_unreachable();
     linter.warn_once(
         &coincident::nodes(graph),
-        "it lies at the place of another node: robots can't stand at both; join them if they are \
-         one",
+        "it is at the same place as another node: robots can't stand at both; join them if they \
+         are one",
     );
     linter.warn_of_ids_as_names();
 }

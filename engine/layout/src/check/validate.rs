@@ -279,8 +279,8 @@ impl NodeCheck<'_, '_, '_> {
                  metres, or split the graph"
             ),
             false => format!(
-                "{name} is {value} m, over {MAX_COORDINATE} m from {origin} m, where most nodes \
-                 are: correct the node's position, or remove the node"
+                "{name} is {value} m, more than {MAX_COORDINATE} m from {origin} m, where most \
+                 nodes are: correct the node's position, or remove the node"
             ),
         };
         self.error(&message);

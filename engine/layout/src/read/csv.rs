@@ -203,7 +203,7 @@ impl Reader<'_, '_> {
         let what = if header.is_edges { "edges" } else { "nodes" };
         if !shown.is_empty() {
             let message = format!(
-                "columns of {what} that aren't understood are kept as properties: {}{more}",
+                "unknown columns of {what} are kept as properties: {}{more}",
                 shown.join(", ")
             );
             self.warning(place, &message);

@@ -25,7 +25,7 @@ pub enum Certainty {
 pub struct Count {
     /// The number, or an upper bound on it.
     pub robots: u32,
-    /// Which of both.
+    /// The certainty of the number.
     pub certainty: Certainty,
 }
 

@@ -156,10 +156,10 @@ impl ProducerPorts {
 fn tell_who_left(participant: &Participant, left: &[String], names: &[String]) {
     for name in left {
         if names.contains(name) && !Termination::was_requested() {
-            let fleet = participant.fleet();
+            let (producer, fleet) = (participant.name(), participant.fleet());
             crate::tell!(
-                "fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting \
-                 for it"
+                "{producer}: fleet '{fleet}': {name} has left the lockstep; the run continues \
+                 without waiting for it"
             );
         }
     }

@@ -39,7 +39,7 @@ fn refusal(request: &ManagerRequest, answer: Option<ManagerAnswer>) -> String {
     match answer {
         Some(ManagerAnswer::UnknownRobot) => format!("there is no robot {robot}"),
         Some(ManagerAnswer::UnknownNode) => format!("there is no node {node}"),
-        Some(ManagerAnswer::NoWay) => format!("no way leads robot {robot} to node {node}"),
+        Some(ManagerAnswer::NoWay) => format!("robot {robot} has no way to node {node}"),
         Some(ManagerAnswer::NotSent) => format!("robot {robot} was not sent anywhere"),
         Some(ManagerAnswer::NotReady) => "the fleet manager has seen no frame yet".to_owned(),
         _ => "the fleet manager doesn't know how".to_owned(),

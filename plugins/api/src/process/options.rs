@@ -51,10 +51,10 @@ pub struct Options {
     /// Frames per second to read, or 'all' [default: the plugin's own]
     #[arg(long, value_name = "N")]
     pub rate: Option<Rate>,
-    /// Name to go by, in lockstep and in `regatta doctor` [default: the program's name]
+    /// Name in lockstep and in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
-    /// In lockstep, handle each tick after this plugin has; may be repeated
+    /// In lockstep, handle each tick after this plugin; may be repeated
     #[arg(long, value_name = "NAME", value_parser = parse_plugin_name)]
     pub after: Vec<String>,
     /// Print warnings of the shared-memory library (iceoryx2); -vv for its complete log

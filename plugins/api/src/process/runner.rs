@@ -201,8 +201,8 @@ impl Feed {
             self.reported_lost = events.lost();
             let name = self.frames.participant().name();
             crate::tell!(
-                "{name}: events of {} ticks lost so far: they weren't read in time, as the plugin \
-                 or the machine is too slow",
+                "{name}: events of {} ticks lost so far: they weren't read in time, because the \
+                 plugin or the machine is too slow",
                 events.lost()
             );
         }

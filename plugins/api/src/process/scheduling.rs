@@ -10,11 +10,11 @@ use clap::Args;
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Processor")]
 pub struct SchedulingOptions {
-    /// Prefer this process over others: a nice value, -20 (preferred) to 19, or real time by 'fifo'
-    /// or 'fifo:N', N 1 to 99
+    /// Priority of this process: a nice value from -20 (highest) to 19, or real time: 'fifo', or
+    /// 'fifo:N' with N from 1 to 99
     #[arg(long, value_name = "NICE", allow_negative_numbers = true)]
     pub priority: Option<Priority>,
-    /// Keep this process on these processors, numbered from 0, separated by commas
+    /// Run this process only on these processors, numbered from 0, separated by commas
     #[arg(long, value_name = "CPU", value_delimiter = ',')]
     pub pin: Vec<usize>,
 }

@@ -26,7 +26,7 @@ use crate::records::name::FleetName;
 #[cfg(feature = "shared-memory")]
 #[derive(Args, Clone, Debug)]
 pub struct ProducerOptions {
-    /// The fleet to publish
+    /// Fleet to publish
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
     /// Ticks per simulated second
@@ -41,7 +41,7 @@ pub struct ProducerOptions {
     /// Priority and processors
     #[command(flatten)]
     pub scheduling: SchedulingOptions,
-    /// The name to go by in `regatta doctor` [default: the program's name]
+    /// Name in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
     /// Print warnings of the shared-memory library (iceoryx2); -vv for its complete log
@@ -53,9 +53,9 @@ pub struct ProducerOptions {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Processes")]
 pub struct LockstepOptions {
-    /// Wait after each tick until these plugins have finished it, so that runs repeat bit by bit;
-    /// give the names after the scenario, separated by commas or spaces; `regatta run` takes
-    /// `all` for those of the scenario
+    /// Wait after each tick until these plugins have finished it, so that runs are equal, bit for
+    /// bit; write this option after the scenario, with names separated by commas or spaces; for
+    /// `regatta run`, `all` means all plugins of the scenario
     #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
     pub names: Vec<String>,
     /// Longest time to wait for a plugin in lockstep

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::time::{Duration, Instant};
 
-use crate::records::name::FleetName;
+use crate::process::join::Participant;
 
 /// The time between two checks.
 const CHECK: Duration = Duration::from_secs(2);
@@ -57,7 +57,13 @@ impl Overload {
 
     /// Records ticks, and the late ones since the start. Costs a comparison, except every two
     /// seconds.
-    pub(super) fn note(&mut self, ticks: u64, late: LateTicks, now: Instant, fleet: &FleetName) {
+    pub(super) fn note(
+        &mut self,
+        ticks: u64,
+        late: LateTicks,
+        now: Instant,
+        producer: &Participant,
+    ) {
         self.ticks += ticks;
         if now < self.next_check {
             return;
@@ -77,7 +83,9 @@ impl Overload {
             self.next_message = now + self.silence;
             self.silence = (2 * self.silence).min(LONGEST_SILENCE);
             let begin = format!(
-                "fleet '{fleet}': {late} of {ticks} ticks were late in the last {seconds:.0} s"
+                "{}: fleet '{}': {late} of {ticks} ticks were late in the last {seconds:.0} s",
+                producer.name(),
+                producer.fleet()
             );
             tell(begin, share);
         }

@@ -51,7 +51,7 @@ struct AfterWarmUp {
     lockstep: LockstepOptions,
 }
 
-/// Who reads the frames of a session.
+/// The readers of the frames of a session.
 #[derive(Debug)]
 enum Readers {
     /// Processes that nobody waits for, or waits for by name.
@@ -283,7 +283,7 @@ impl Session {
         self.clock.finish(ticks, self.now.sim_nanos, after, now);
         self.figures.note_time(self.now.sim_nanos, now);
         let late = LateTicks { all: self.clock.late_ticks(), skipped: self.clock.skipped_ticks() };
-        self.overload.note(ticks, late, now, self.ports.participant().fleet());
+        self.overload.note(ticks, late, now, self.ports.participant());
         Ok(())
     }
 
@@ -313,7 +313,8 @@ impl Session {
                     Err(LockstepError::Interrupted { .. }) if !Termination::was_requested() => {}
                     Err(LockstepError::Interrupted { .. }) => return Ok(()),
                     Err(error @ LockstepError::Timeout { .. }) if self.after_warm_up.is_some() => {
-                        crate::tell!("the warm-up ends early: {error}");
+                        let producer = self.ports.participant().name();
+                        crate::tell!("{producer}: the warm-up ends early: {error}");
                         self.end_warm_up();
                         return Ok(());
                     }
@@ -434,7 +435,8 @@ impl Session {
         let loaned = self.loan(robots);
         if loaned.is_ok() && self.full_since.take().is_some() {
             crate::tell!(
-                "shared memory has room for frames again; {} frames were left out so far",
+                "{}: shared memory has room for frames again; {} frames were left out so far",
+                self.ports.participant().name(),
                 self.frames_left_out
             );
         }
@@ -461,7 +463,7 @@ impl Session {
             {
                 if self.full_since.is_none() {
                     self.full_since = Some(Instant::now());
-                    crate::tell!("{error}");
+                    crate::tell!("{}: {error}", self.ports.participant().name());
                 }
                 Ok(())
             }

@@ -115,7 +115,7 @@ impl Obstacle {
     /// The obstacle in words, such as `no way leads to its stops`.
     pub const fn text(self) -> &'static str {
         match self {
-            Self::NoWay => "no way leads a robot to its stops",
+            Self::NoWay => "no robot has a way to its stops",
             Self::ClosedEdges => "closed edges lead to its stops",
             Self::NoRobot => "its robot isn't in the fleet",
             Self::Battery => {

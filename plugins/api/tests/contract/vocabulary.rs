@@ -15,7 +15,7 @@ fn the_glossary_has_every_activity_with_its_colours() {
 }
 
 /// The words of the interface beside the activities.
-const WORDS: [&str; 11] = [
+const WORDS: [&str; 17] = [
     "busy",
     "checker lag",
     "contact",
@@ -23,7 +23,13 @@ const WORDS: [&str; 11] = [
     "frame age",
     "frames",
     "jitter",
+    "knee",
+    "main part",
+    "made-up orders",
+    "master, vehicle",
     "released, planned",
+    "single track",
+    "target, met, missed, open",
     "tick cost",
     "utilisation",
     "zone",

@@ -165,7 +165,7 @@ impl Client {
             Address::Tcp(address) => {
                 let address = address.to_socket_addrs()?.next();
                 let address =
-                    address.ok_or_else(|| std::io::Error::other("the name has no address"))?;
+                    address.ok_or_else(|| std::io::Error::other("the host name has no address"))?;
                 let stream = TcpStream::connect_timeout(&address, TIMEOUT)?;
                 stream.set_read_timeout(Some(TIMEOUT))?;
                 stream.set_write_timeout(Some(TIMEOUT))?;

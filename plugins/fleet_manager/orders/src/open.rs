@@ -69,7 +69,7 @@ impl OrderSettings {
         }
         match regatta_kit::server::socket_path(fleet, web::SERVICE) {
             Ok(path) => self.socket = Some(path),
-            Err(error) => tell!("fleet-manager: orders are served at no socket: {error}"),
+            Err(error) => tell!("fleet-manager: orders can't be served at a Unix socket: {error}"),
         }
     }
 
@@ -141,7 +141,7 @@ impl OrderPool {
             let (count, path) = (restored.unplaced, path.display());
             tell!(
                 "fleet-manager: {count} open orders of {path} name nodes that this world doesn't \
-                 have; they stay there"
+                 have; they stay in the file"
             );
         }
         self.restore(restored.orders, restored.next_id, now_secs);

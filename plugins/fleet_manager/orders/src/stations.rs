@@ -52,7 +52,7 @@ pub(super) struct StationSettings {
 /// Opening times.
 #[derive(Clone, Debug, PartialEq)]
 struct Hours {
-    /// In ascending order, in seconds from the begin of a period; at least one.
+    /// In ascending order, in seconds from the start of a period; at least one.
     windows: Vec<Window>,
     /// The seconds after which they come again; never if infinite.
     every_secs: f64,
@@ -235,7 +235,9 @@ fn queue(
 ) -> Result<Vec<u32>, yaml::Error> {
     let Some(list) = fields.get("queue") else { return Ok(Vec::new()) };
     if at.len() != 1 {
-        return Err(list.error("a queue is one of a single node: give each node an entry"));
+        return Err(
+            list.error("a queue belongs to a single node: give each node an entry of its own")
+        );
     }
     let mut nodes = Vec::new();
     for entry in list.list()? {

@@ -5,7 +5,7 @@
 //!   storages:
 //!     - name: rack
 //!       at: {zone: rack}        # nodes, as in a generator's `from`; `R-*` is all such names
-//!       full: 0.5               # share of the places that are full at the begin; or nodes
+//!       full: 0.5               # share of the places that are full at the start; or nodes
 //!       strategy: nearest       # or random, or zones
 //!     - name: hall
 //!       at: ["A*", "B*"]
@@ -46,7 +46,7 @@ struct StoragePlace {
     rank: u32,
 }
 
-/// The places that are full at the begin.
+/// The places that are full at the start.
 #[derive(Clone, Debug, PartialEq)]
 enum InitialFill {
     /// This share, from 0 to 1, drawn by the seed of the load.

@@ -69,7 +69,8 @@ pub enum StoreError {
     Foreign(PathBuf),
     /// It is a store of a later version of this program.
     #[error(
-        "{} was written by a newer version of Regatta (tables {version}, not {VERSION})",
+        "{} was written by a newer version of Regatta (tables {version}, not {VERSION}); use that \
+         version, or choose another file",
         path.display()
     )]
     Newer {

@@ -31,7 +31,7 @@ const BURST_TIME: Duration = Duration::from_secs(1);
 const MOST_FAULTS: u32 = 100;
 /// The most parameters and subscriptions in a message.
 const MOST_ITEMS: usize = 100;
-const READ_ONLY: &str = "the plugin runs with --read-only: nobody steers the fleet by it";
+const READ_ONLY: &str = "the plugin runs with --read-only: it doesn't let clients steer the fleet";
 
 /// A client with its connection.
 pub(super) struct Client {

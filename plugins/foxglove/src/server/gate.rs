@@ -83,7 +83,7 @@ enum Refusal {
     Site(String),
     #[error("the token is missing or wrong; the address is ws://HOST:PORT/?token=TOKEN")]
     Token,
-    #[error("a client speaks {} or {}", SUBPROTOCOLS[0], SUBPROTOCOLS[1])]
+    #[error("a client must speak {} or {}", SUBPROTOCOLS[0], SUBPROTOCOLS[1])]
     Protocol,
     #[error("there is no room for another client")]
     Crowd,

@@ -20,7 +20,7 @@ pub enum BodyError {
     #[error("the body has more than {0} bytes")]
     TooLarge(usize),
     /// The client sends it too slowly.
-    #[error("the body took too long")]
+    #[error("the body arrived too slowly")]
     TooSlow,
     /// The connection ended, or its framing is wrong.
     #[error("the body is incomplete ({0})")]

@@ -34,7 +34,7 @@ pub fn serve(fleet: &FleetName, requests: &Requests, stop: &AtomicBool) {
         }
     });
     if let Err(error) = served {
-        regatta_plugin::tell!("mirror: control requests aren't answered: {error}");
+        regatta_plugin::tell!("mirror: control requests can't be answered: {error}");
     }
 }
 
@@ -71,7 +71,7 @@ pub fn take_commands(
     stop: &AtomicBool,
 ) {
     if let Err(error) = try_take(fleet, samples, stop) {
-        regatta_plugin::tell!("mirror: commands aren't taken any more: {error}");
+        regatta_plugin::tell!("mirror: commands are no longer accepted: {error}");
     }
 }
 

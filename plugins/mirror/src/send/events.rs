@@ -16,7 +16,7 @@ const POLL: Duration = Duration::from_millis(3);
 /// Sends a fleet's events while somebody listens, until it is to stop.
 pub fn send(fleet: &FleetName, outlet: &Outlet, stop: &AtomicBool) {
     if let Err(error) = try_send(fleet, outlet, stop) {
-        regatta_plugin::tell!("mirror: events aren't sent any more: {error}");
+        regatta_plugin::tell!("mirror: events are no longer sent: {error}");
     }
 }
 

@@ -168,7 +168,9 @@ class Adapter:
         if self._left == 0 or self._cluster.slots() > 0:
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > DESERTED_SECS:
-            raise ClusterError(f"the {self._cluster.name} has lost all workers; start some, and the same command goes on")
+            raise ClusterError(
+                f"the {self._cluster.name} has lost all workers; start some, and repeat the command to continue"
+            )
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -184,4 +186,4 @@ def _write(path: Path, content: bytes) -> None:
         draft.replace(path)
     except OSError as error:
         draft.unlink(missing_ok=True)
-        raise ClusterError(f"{path}: can't write: {error.strerror}; the same command goes on") from None
+        raise ClusterError(f"{path}: can't write: {error.strerror}; repeat the command to continue") from None

@@ -157,7 +157,7 @@ class Ray:
 
 def lost(cluster: Cluster) -> ClusterError:
     """Returns the error of a connection that has ended."""
-    return ClusterError(f"the connection to the {cluster.name} is lost; the same command goes on")
+    return ClusterError(f"the connection to the {cluster.name} is lost; repeat the command to continue")
 
 
 def connect(address: str, call: Call) -> Cluster:

@@ -14,7 +14,7 @@ Array = npt.NDArray[np.float64]
 STEP = 0.005
 """The length of the segments of what isn't straight, in metres."""
 WINDOW = 8
-"""How many segments before and after a place count as near it."""
+"""The number of segments before and after a place count as near it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from imported.curves import Edge, line
 SAME_PLACE = 0.01
 """Vertices of a lift that are nearer to the one below are moved, in metres."""
 SHIFT = 0.02
-"""How far they are moved to the east, in metres."""
+"""The distance by which they are moved to the east, in metres."""
 
 
 def edges(path: Path) -> list[Edge]:

@@ -16,7 +16,7 @@ use crate::arguments::{RobotIds, path_parser};
 pub struct ExportArgs {
     /// Recording
     pub(super) file: PathBuf,
-    /// Write this file, if its name ends with .csv or .parquet, or else files in this folder
+    /// File to write, if its name ends in .csv or .parquet; otherwise, folder for the files
     #[arg(short, long, value_name = "PATH", value_parser = path_parser())]
     output: Option<PathBuf>,
     /// Format of files in a folder
@@ -37,7 +37,7 @@ pub struct ExportArgs {
     /// Replace files that exist
     #[arg(long)]
     pub(super) force: bool,
-    /// Export only these robots: 1,5,7..9 selects 1, 5, 7, 8 and 9
+    /// Export only these robots: 1,5,7..9 means 1, 5, 7, 8 and 9
     #[arg(long, value_name = "IDS")]
     pub(super) robots: Option<RobotIds>,
     /// Export only these columns of plugins [default: all recorded columns]

@@ -195,7 +195,7 @@ impl Drain {
     /// Starts another file, or gives up if it can't be created.
     fn start_another_part(&mut self) {
         if let Err(error) = self.start_part() {
-            regatta_plugin::tell!("record: {error}: nothing is recorded from here on");
+            regatta_plugin::tell!("record: {error}: nothing is recorded from now on");
             self.first_error.get_or_insert(error);
             self.target = Target::Nowhere;
         }
@@ -224,7 +224,7 @@ impl Drain {
             "until there is room again"
         } else {
             self.target = Target::Nowhere;
-            "from here on"
+            "from now on"
         };
         regatta_plugin::tell!(
             "record: can't write to {} ({reason}): nothing is recorded {next}",
@@ -271,7 +271,7 @@ impl Drain {
             match join(path, parts, &self.progress) {
                 Ok(()) => self.tally.name = path.display().to_string(),
                 Err(error) => {
-                    regatta_plugin::tell!("record: the files of the ring stay apart: {error}")
+                    regatta_plugin::tell!("record: the files of the ring aren't joined: {error}")
                 }
             }
         }

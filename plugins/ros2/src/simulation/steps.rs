@@ -32,7 +32,7 @@ impl Steps {
     ) -> std::result::Result<(), Result> {
         let failed = |reason: &str| Err(Result::failed(code::OPERATION_FAILED, reason));
         if self.is_stepping {
-            return failed("steps of another request are being made");
+            return failed("another request is stepping the fleet; try again later");
         }
         match control.status() {
             Ok(status) if status.clock == ClockState::Paused as u32 => {}

@@ -35,13 +35,14 @@ pub struct MasterOptions {
     /// Parameter of an action, such as pick.loadType=EPAL; may be repeated
     #[arg(long = "action-parameter", value_name = "ACTION.KEY=VALUE")]
     pub parameters: Vec<Parameter>,
-    /// Metres by which a vehicle may be off its way; then others keep away from it
+    /// Distance in metres from its path beyond which a vehicle counts as astray, and others keep
+    /// away from it
     #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
     pub tolerance: f64,
-    /// Seconds without a message after which a vehicle counts as gone
+    /// Seconds without a message after which a vehicle counts as offline
     #[arg(long, value_name = "SECONDS", default_value_t = 35.0, value_parser = positive)]
     pub silence: f64,
-    /// Vehicles that are taken at most; others are left alone
+    /// Largest number of vehicles; further ones are ignored
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub most_vehicles: usize,
 }

@@ -104,7 +104,7 @@ impl Producer for Master {
         let reason = match kind {
             ControlKind::Status => return None,
             ControlKind::Robots => "the robots are vehicles on a broker: connect others there",
-            _ => "the robots are vehicles of their own: their time can't be changed",
+            _ => "the robots are vehicles outside of this program: their time can't be changed",
         };
         Some(reason.to_owned())
     }

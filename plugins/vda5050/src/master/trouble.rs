@@ -84,16 +84,16 @@ impl fmt::Display for Trouble {
             Self::Gone(ConnectionState::Offline) => f.write_str("it went offline"),
             Self::Gone(ConnectionState::Hibernating) => f.write_str("it hibernates"),
             Self::Gone(_) => f.write_str("its connection is broken"),
-            Self::Silent(seconds) => write!(f, "nothing came from it for {seconds} s"),
+            Self::Silent(seconds) => write!(f, "it has sent nothing for {seconds} s"),
             Self::Operated(mode) => write!(f, "its operating mode is {mode:?}"),
             Self::Stopped => f.write_str("its emergency stop is active"),
             Self::Failed(error) => write!(f, "it reports an error: {error}"),
             Self::Unlocalized => f.write_str("it doesn't know its position"),
             Self::OffRoads => f.write_str("it is at no node or edge of the layout"),
-            Self::Astray(metres) => write!(f, "it is {metres:.1} m off its way"),
+            Self::Astray(metres) => write!(f, "it is {metres:.1} m off its path"),
             Self::Loaded => f.write_str("it still has the load of an order that has failed"),
             Self::Rejects(reason) => write!(f, "it rejects its order: {reason}"),
-            Self::Mute => f.write_str("it doesn't answer to its order"),
+            Self::Mute => f.write_str("it doesn't answer its order"),
             Self::TooLarge([length, width]) => {
                 write!(f, "its {length} m x {width} m are more than those of every robot type")
             }

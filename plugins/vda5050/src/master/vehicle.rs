@@ -22,7 +22,7 @@ use crate::message::{Connection, ConnectionState, Factsheet, Position, State, Ve
 pub struct Limits {
     /// Metres by which a vehicle may be off its way.
     pub tolerance: f64,
-    /// Seconds without a message after which a vehicle counts as gone.
+    /// Seconds without a message after which a vehicle counts as offline.
     pub silence: f64,
 }
 
@@ -240,7 +240,7 @@ impl Vehicle {
     fn take_news(&mut self, news: News, node: Option<u32>) {
         match news {
             News::OrderLost => {
-                self.lines.push("it no longer has its order, and gets it again".to_owned());
+                self.lines.push("it has lost its order, and gets it again".to_owned());
             }
             News::Rejected(_) | News::Cancelled(After::GoOn) => {}
             News::Cancelled(After::End) => {
@@ -249,7 +249,7 @@ impl Vehicle {
                 }
             }
             News::ActionFailed(kind, result) => {
-                let reason = if result.is_empty() { "no result is told" } else { &result };
+                let reason = if result.is_empty() { "it reports no result" } else { &result };
                 self.lines.push(format!("its action {kind} has failed: {reason}"));
                 self.has_failed = true;
                 self.events.push(event(EventKind::ActionFailed, node.unwrap_or_default()));

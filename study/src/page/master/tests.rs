@@ -67,7 +67,8 @@ fn an_answer_that_is_not_known_says_why() {
         answer(vec![point(4, vec![run(4, 0.1)], None), point(8, Vec::new(), Some("no room"))]);
     assert_eq!(
         verdict(&part),
-        "The master copes with **4 vehicles** on this layout, and more isn't known: with 8, no room."
+        "The master copes with **4 vehicles** on this layout, and nothing is known about larger \
+         numbers: with 8, no room."
     );
     assert!(!answer(vec![point(1, vec![run(1, 5.0)], None)]).is_good());
 }

@@ -54,7 +54,7 @@ fn limit(answer: &MasterAnswer) -> String {
     match unknown {
         Some((vehicles, failure)) => {
             let failure = failure.trim_end_matches('.');
-            format!("and more isn't known: with {vehicles}, {failure}")
+            format!("and nothing is known about larger numbers: with {vehicles}, {failure}")
         }
         None => "the most that were tried".to_owned(),
     }
@@ -120,8 +120,7 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
     let mut caveats = Vec::new();
     if answer.is_interrupted {
         caveats.push(
-            "**Interrupted**: the study was ended before its end; this is what was measured until \
-             then."
+            "**Interrupted**: the study was stopped early; this is what was measured until then."
                 .to_owned(),
         );
     }
@@ -150,7 +149,7 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
     if let Some(point) = answer.points.iter().find(without) {
         caveats.push(format!(
             "**No transports**: with {}, none was finished in {} s, so that nothing is known about \
-             throughput there; a longer `--duration` tells it, if the master sends the actions \
+             throughput there; give a longer `--duration`, and let the master send the actions \
              `pick` and `drop`.",
             vehicles_in_words(point.vehicles),
             answer.secs
@@ -164,7 +163,7 @@ pub(super) fn caveats(answer: &MasterAnswer) -> Vec<String> {
         .sum();
     if errors > 0 {
         caveats.push(format!(
-            "**Not as the standard has it**: the master broke VDA 5050 {}; they are listed below.",
+            "**Breaches of the standard**: the master broke VDA 5050 {}; they are listed below.",
             times(errors)
         ));
     }

@@ -227,7 +227,7 @@ fn what_the_layout_allows_names_its_robots_and_what_was_assumed_of_it() {
     let row = "3 nodes and 3 edges. For robots of type `large`, the largest of 2 in use: ";
     assert!(both.contains(row), "{both}");
     assert!(!page(small).0.contains("For robots of type"), "{}", page(small).0);
-    let speeds = "**Assumed of the layout**: 3 edges have no speed limit: 1 m/s is used";
+    let speeds = "**Assumed about the layout**: 3 edges have no speed limit: 1 m/s is used";
     assert!(assumed.contains(speeds), "{assumed}");
 }
 

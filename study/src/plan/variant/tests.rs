@@ -94,7 +94,7 @@ fn orders_with_other_stops_than_the_stations_suggest_say_so() {
         "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,\nD,0,9,drop\n\nfrom,to\nA,B\nB,C\nC,A\nB,D\n";
     let trap = variant(trap).expect("a variant");
     let reason = trap.other_stops.expect("a reason");
-    assert!(reason.contains("from a station to pick at to another one to drop at"), "{reason}");
+    assert!(reason.contains("from a pick station to a drop station"), "{reason}");
     assert_eq!(trap.left_out, ["station `D`, from which no way leads back"]);
 }
 
@@ -341,7 +341,7 @@ fn a_load_that_names_a_file_of_orders_tells_the_option_for_it() {
     );
     let error = variant.check(10).expect_err("a file of orders").to_string();
     assert!(error.contains("s.yaml: load: ") && !error.contains('\n'), "{error}");
-    assert!(error.contains("day.csv --scale 1.2, which takes the place"), "{error}");
+    assert!(error.contains("day.csv --scale 1.2, which replaces"), "{error}");
 
     // Keys of the load for orders without times hold for those of the option.
     let day = Day { file: "day.csv".to_owned(), scale: 1.2, ..Day::default() };

@@ -43,10 +43,8 @@ fn both_tables_of_a_file_are_read() {
     // Robots turn at both ends of edge 6.
     let expected = [
         "map.csv:1: warning: the heading changes by more than",
-        "map.csv:2: warning: columns of nodes that aren't understood are kept as properties: \
-         `Colour`",
-        "map.csv:7: warning: columns of edges that aren't understood are kept as properties: \
-         `note`",
+        "map.csv:2: warning: unknown columns of nodes are kept as properties: `Colour`",
+        "map.csv:7: warning: unknown columns of edges are kept as properties: `note`",
     ];
     let messages = messages(&findings);
     assert_eq!(messages.lines().count(), expected.len(), "{messages}");

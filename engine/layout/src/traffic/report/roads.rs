@@ -40,17 +40,17 @@ impl Writer<'_> {
         let nodes = format!("{} ({})", plural(part.nodes.len(), "node"), self.nodes(&part.nodes));
         let stations = match part.stations.as_slice() {
             [] => String::new(),
-            stations => format!(", with {}", self.stations(stations)),
+            stations => format!(", with {},", self.stations(stations)),
         };
         let problem = match part.cut_off {
             CutOff::CannotBeLeft => {
-                "can't be left for the main part: robots that drive there don't come back"
+                "without a way back to the main part: robots that drive there don't return"
             }
             CutOff::CannotBeReached => {
                 "can't be reached from the main part: robots only come from there"
             }
             CutOff::Apart => {
-                "can't be reached from the main part nor left for it: no robot of it comes there"
+                "without a way from or to the main part: no robot of the main part comes there"
             }
         };
         let remedy = match &part.cause {
@@ -113,7 +113,7 @@ impl Writer<'_> {
             ends => ends,
         };
         let order = match (section.shape, section.dead_ends.len()) {
-            (Shape::Path, 1) => "and who drives in last comes out first",
+            (Shape::Path, 1) => "and the last robot in is the first one out",
             _ => "and robots can't pass each other on its tracks",
         };
         format!(
@@ -140,12 +140,12 @@ impl Writer<'_> {
         let can_pass = match (section.exchange, section.shape) {
             (Exchange::Never, _) => "no two robots can ever pass each other",
             (Exchange::Possible, Shape::Ring) => {
-                "two robots can't pass each other on its tracks, they exchange places only by \
-                 going round"
+                "two robots can't pass each other on its tracks, they can exchange places only by \
+                 driving round it"
             }
             (Exchange::Unknown, Shape::Ring) => {
-                "two robots can't pass each other on its tracks, they exchange places at most by \
-                 going round"
+                "two robots can't pass each other on its tracks, they can exchange places only by \
+                 driving round it, if at all"
             }
             _ => "two robots can't pass each other on its tracks",
         };

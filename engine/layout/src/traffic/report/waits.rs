@@ -64,7 +64,7 @@ impl Writer<'_> {
             Some(robots) => format!("up to {robots} robots"),
         };
         let more = match self.certificate.zones.as_slice() {
-            [] => "nothing to mend",
+            [] => "nothing to fix",
             _ => "more may wait at zones",
         };
         let message = format!(

@@ -66,8 +66,12 @@ fn an_island_and_a_trap_are_named_with_their_stations() {
         "id,x,y,role\nA,0,0,\nB,9,0,\nC,9,9,\nTrap,20,9,drop\nI,50,0,pick\nJ,60,0,\n\n\
          from,to,speed\nA,B,1\nB,C,1\nC,A,1\nC,Trap,1\nI,J,1\nJ,I,1\n",
     );
-    assert_line(&lines, "part: 1 node (`Trap`), with the station `Trap` can't be left", &[]);
-    assert_line(&lines, "part: 2 nodes (`I`, `J`), with the station `I` can't be reached", &[]);
+    assert_line(&lines, "part: 1 node (`Trap`), with the station `Trap`, without a way back", &[]);
+    assert_line(
+        &lines,
+        "part: 2 nodes (`I`, `J`), with the station `I`, without a way from or to the main part",
+        &[],
+    );
     assert_line(&lines, "under-way: at most 2 robots of the main part can be", &["(a bound)"]);
 }
 
@@ -142,14 +146,14 @@ fn ring_with_zone(rule: &str) -> String {
 #[test]
 fn nothing_is_called_safe_that_a_zone_stops() {
     let said = |zones: &str| lines(&ring_with_zone(zones));
-    assert_line(&said(""), "ring: up to 3 robots at nodes never all wait", &["nothing to mend"]);
+    assert_line(&said(""), "ring: up to 3 robots at nodes never all wait", &["nothing to fix"]);
     let block = said("Zones:\n- {Name: Block, Capacity: 1, Edges: [1, 2, 3, 4]}\n");
     assert_line(&block, "zone: 1 zone (`Block`: 1 robot) lets fewer robots in", &["bounds"]);
     assert_line(&block, "under-way: at most 3 robots", &["(a bound: zones may allow fewer)"]);
     assert!(!block.iter().any(|line| line.contains("never all wait")), "{block:#?}");
     let block = said("Zones:\n- {Name: Block, Capacity: 2, Edges: [1, 2, 3, 4]}\n");
     assert_line(&block, "ring: up to 2 robots at nodes never all wait", &["more may wait at"]);
-    assert!(!block.iter().any(|line| line.contains("nothing to mend")), "{block:#?}");
+    assert!(!block.iter().any(|line| line.contains("nothing to fix")), "{block:#?}");
 }
 
 #[test]
@@ -175,7 +179,11 @@ fn on_a_ring_robots_exchange_places_by_going_round() {
     let ring = "id,x,y\n1,0,0\n2,10,0\n3,10,10\n4,0,10\n\nfrom,to,speed\n\
                 1,2,1\n2,1,1\n2,3,1\n3,2,1\n3,4,1\n4,3,1\n4,1,1\n1,4,1\n";
     let said = lines(ring);
-    assert_line(&said, "section: single track of 40.0 m in all", &["places only by going round"]);
+    assert_line(
+        &said,
+        "section: single track of 40.0 m in all",
+        &["places only by driving round it"],
+    );
     assert!(!said.iter().any(|line| line.contains("ever pass")), "{said:#?}");
     let path = lines("id,x,y\n1,0,0\n2,9,0\n3,18,0\n\nfrom,to,speed\n1,2,1\n2,1,1\n2,3,1\n3,2,1\n");
     assert_line(&path, "section: single track of 18.0 m", &["no two robots can ever pass"]);
@@ -200,7 +208,7 @@ fn a_loop_at_its_end_is_no_dead_end() {
         "id,x,y\nA,0,0\nB,6,0\nC,3,4\nD,10,0\nE,14,4\nF,14,-4\n\nfrom,to,speed\n\
          A,B,1\nB,C,1\nC,A,1\nB,D,1\nD,B,1\nD,E,1\nE,D,1\nE,F,1\nF,E,1\nF,D,1\nD,F,1\n",
     );
-    assert!(!said.iter().any(|line| line.contains("comes out first")), "{said:#?}");
+    assert!(!said.iter().any(|line| line.contains("is the first one out")), "{said:#?}");
     assert_line(&said, "section: single track of 19.3 m in all with a ring, from `D`", &[]);
 }
 
@@ -212,7 +220,7 @@ fn a_crawling_edge_is_too_slow_and_not_missing() {
     );
     assert_line(
         &said,
-        "part: 1 node (`Slow`) can't be left",
+        "part: 1 node (`Slow`) without a way back",
         &["edges 5, 6 are too slow to count as ways (under 0.01 m/s): raise the speed"],
     );
     assert_line(&said, "part: 1 node (`Isle`) can't be reached", &["edges 6, 7 are too slow"]);
@@ -232,7 +240,7 @@ fn without_a_way_back_no_robot_is_under_way() {
     );
     assert_line(
         &said,
-        "part: 1 node (`B`) can't be left",
+        "part: 1 node (`B`) without a way back",
         &["edge 2 is too slow to count as a way"],
     );
     let is_other = |line: &String| line.contains("it holds") || line.starts_with("ring");

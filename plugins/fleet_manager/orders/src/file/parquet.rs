@@ -39,7 +39,7 @@ pub(super) fn csv_of(bytes: Vec<u8>) -> Result<String, String> {
 fn table_of(bytes: Vec<u8>) -> Result<Rows, String> {
     let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(reason_of)?;
     if !reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns).all(is_in_file) {
-        return Err("it is damaged: a column lies before the file's begin".to_owned());
+        return Err("it is damaged: a column lies before the file's start".to_owned());
     }
     let metadata = reader.metadata().file_metadata();
     let columns = metadata.schema().get_fields();

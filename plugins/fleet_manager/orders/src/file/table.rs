@@ -238,7 +238,7 @@ impl Table {
     }
 }
 
-/// The line and the form of the first time of a file, and the begin of simulated time.
+/// The line and the form of the first time of a file, and the start of simulated time.
 #[derive(Clone, Copy)]
 struct Form {
     first: Option<(usize, FileTime)>,

@@ -65,7 +65,7 @@ const ATTEMPTS: [(bool, Preference); 4] = [
     (false, Preference::OutOfWay),
 ];
 
-/// Which robots drive to their ends first.
+/// The robots that drive to their ends first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Preference {
     /// As they come.

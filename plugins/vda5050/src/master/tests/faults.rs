@@ -24,7 +24,7 @@ fn a_vehicle_that_is_gone_keeps_its_place_and_goes_on_with_its_order() {
     assert_eq!((trial.vehicle.loose_at(), trial.events()), (None, vec![EventKind::BrokenDown]));
     assert_eq!(trial.release(12).say(), None, "nobody is there to be told");
     let lines = trial.vehicle.take_lines();
-    assert_eq!(lines, ["its connection is broken; its way is kept free"]);
+    assert_eq!(lines, ["its connection is broken; its path is kept free"]);
 
     trial.tell(json!({"lastNodeId": "N2", "lastNodeSequenceId": 2, "agvPosition": Trial::at(7.0)}));
     assert_eq!((trial.shown(), trial.place()), (RobotState::Driving, (1, 2.0)));
@@ -60,7 +60,7 @@ fn a_rejected_order_is_told_and_tried_again_later() {
     trial.tell(json!({"errors": error}));
     assert_eq!((trial.shown(), trial.say()), (RobotState::Broken, None));
     let lines = trial.vehicle.take_lines();
-    assert_eq!(lines, ["it rejects its order: orderError: too far; its way is kept free"]);
+    assert_eq!(lines, ["it rejects its order: orderError: too far; its path is kept free"]);
     trial.wait(10.0);
     let again = trial.order();
     assert!(again.order_id != order.order_id && nodes(&again) == nodes(&order));
@@ -184,7 +184,7 @@ fn deviation_errors_and_emergency_stops_are_troubles() {
     let fatal = json!([{"errorType": "motor", "errorLevel": "FATAL"}]);
     let stop = json!({"eStop": "MANUAL", "fieldViolation": false});
     for (changes, is_loose, text) in [
-        (json!({"agvPosition": astray, "driving": true}), true, "1.0 m off its way"),
+        (json!({"agvPosition": astray, "driving": true}), true, "1.0 m off its path"),
         (json!({"agvPosition": unlocalized}), true, "doesn't know its position"),
         (json!({"errors": fatal}), false, "error: motor"),
         (json!({"safetyState": stop}), false, "emergency stop"),
@@ -201,6 +201,6 @@ fn deviation_errors_and_emergency_stops_are_troubles() {
     assert_eq!(silent.wait(40.0).shown(), RobotState::Broken);
     assert_eq!(
         silent.vehicle.take_lines(),
-        ["nothing came from it for 40 s; its way is kept free"]
+        ["it has sent nothing for 40 s; its path is kept free"]
     );
 }

@@ -122,8 +122,8 @@ fn a_vehicle_works_again_when_the_load_of_its_failed_order_is_gone() {
         assert_eq!(
             trial.vehicle.take_lines(),
             [
-                "its action drop has failed: no result is told",
-                "it still has the load of an order that has failed; its way is kept free"
+                "its action drop has failed: it reports no result",
+                "it still has the load of an order that has failed; its path is kept free"
             ]
         );
         if is_unloaded {

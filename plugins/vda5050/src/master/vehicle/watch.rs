@@ -27,7 +27,7 @@ impl Vehicle {
             Some(trouble) => {
                 let measure = match trouble.is_loose() {
                     true => "the edges around it are closed",
-                    false => "its way is kept free",
+                    false => "its path is kept free",
                 };
                 self.lines.push(format!("{trouble}; {measure}"));
                 if self.trouble.is_none() {
