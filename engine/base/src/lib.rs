@@ -25,6 +25,8 @@ pub mod round;
 pub mod rows;
 pub mod svg;
 pub mod sweep;
+mod thousands;
 pub mod yaml;
 
 pub use ln::ln;
+pub use thousands::thousands;
