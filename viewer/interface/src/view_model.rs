@@ -3,7 +3,6 @@
 
 use glam::Vec2;
 use regatta_plugin::activity::Activity;
-use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::recording::RecordingMark;
@@ -22,7 +21,7 @@ use super::rows::{RowQuery, Rows};
 use crate::commands::UserCommand;
 use crate::jams::JamFacts;
 use crate::orders::RobotOrder;
-use crate::robot_filter::{Filter, Matches};
+use crate::robot_filter::{Filter, Matches, activity_of};
 
 /// The state of the engine, as seen by the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -281,9 +280,8 @@ impl ViewModel<'_> {
     /// has no activities of a fleet manager.
     pub fn activity(&self, robot: u32) -> Option<Activity> {
         let (frame, row) = (self.frame?, robot as usize);
-        let column = self.activity_column.filter(|_| !self.is_past());
-        let published = column.and_then(|column| ACTIVITY.element(*column.get(row)?));
-        (row < frame.len()).then(|| Activity::of(frame.state_of(row), published))?
+        let activities = self.activity_column.filter(|_| !self.is_past()).unwrap_or_default();
+        (row < frame.len()).then(|| activity_of(frame.state_of(row), activities, robot))?
     }
 
     /// Returns the pose of a robot in the newest frame, moved by the offset.
