@@ -12,7 +12,7 @@ use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_interface::banner::Banner;
 use regatta_interface::jams::JamFacts;
 use regatta_interface::orders::OpenOrders;
-use regatta_interface::robot_filter::{Filter, RobotSet};
+use regatta_interface::robot_filter::{Filter, FilterColumns, RobotSet};
 use regatta_interface::view_model::{Live, Timeline};
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
@@ -373,7 +373,8 @@ impl Stage {
             return;
         };
         let filter = Filter::default().of_level(self.scene.level.as_deref());
-        let matches = filter.matches(&frame, &world, None, &OpenOrders::default());
+        let matches =
+            filter.matches(&frame, &world, FilterColumns::default(), &OpenOrders::default());
         self.renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
     }
 
@@ -449,6 +450,7 @@ impl Stage {
             frame: None,
             world: World::default(),
             heat: self.jam_facts().heat,
+            hottest: &self.jam_facts().hottest,
             closed: self.closed().len() as u32,
             density: None,
             robots: Vec::new(),
