@@ -277,7 +277,7 @@ fn route(context: &PanelContext<'_>, ui: &mut Ui) {
     let Some(route) = context.model.route else { return };
     heading(ui, "route");
     if route == Remaining::default() {
-        ui.label(style::faint(ui, "nothing left to drive"));
+        ui.label(style::faint(ui, "no route"));
         return;
     }
     for (name, part) in [("released", route.released), ("planned", route.planned)] {

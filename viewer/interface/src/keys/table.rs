@@ -57,12 +57,12 @@ pub(super) const CAMERA_GROUP: &str = "Camera";
 const TIME: &[Shortcut] = &[
     shortcut(NONE, Key::Space, Command::Pause, "pause, resume"),
     shortcut(NONE, Key::Period, Command::Step, "advance one tick"),
-    shortcut(NONE, Key::Comma, Command::StepBack, "recording, past: one frame back"),
-    shortcut(NONE, Key::X, Command::NextMark, "next mark (of a live run: note)"),
+    shortcut(NONE, Key::Comma, Command::StepBack, "one frame back (recordings, past)"),
+    shortcut(NONE, Key::X, Command::NextMark, "next mark (in a live run, the next note)"),
     shortcut(NONE, Key::Z, Command::PreviousMark, "previous mark"),
     shortcut(SHIFT, Key::N, Command::Note, "write a note at this time"),
-    shortcut(NONE, Key::Y, Command::Loop, "recording: loop from here, to here, off"),
-    shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
+    shortcut(NONE, Key::Y, Command::Loop, "loop: from here, to here, off (recordings)"),
+    shortcut(NONE, Key::U, Command::Past, "the last ten minutes (live runs)"),
     shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
     shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),
 ];
