@@ -142,7 +142,7 @@ impl Stage {
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
             if let Some(history) = self.history.as_mut().filter(|_| is_live) {
-                history.take(&frame);
+                history.take(&frame, self.feed.activity());
             }
             self.looking_back = self.looking_back.filter(|(run, _)| *run == frame.run_id());
             self.playhead.push(&frame, now);
@@ -168,6 +168,23 @@ impl Stage {
         match (self.looking_back, &self.history) {
             (Some((_, time)), Some(history)) => history.at(time),
             _ => self.feed.frame(),
+        }
+    }
+
+    /// The activities of the robots of that frame, if a fleet manager publishes them, or has.
+    pub fn activities(&self) -> Option<&[f32]> {
+        match (self.looking_back, &self.history) {
+            (Some((_, time)), Some(history)) => history.activities_at(time),
+            _ => self.feed.activity(),
+        }
+    }
+
+    /// The values of the column by which robots are coloured, if they are known. Of the past, only
+    /// activities are.
+    fn colouring_values(&self) -> Option<&[f32]> {
+        match self.is_looking_back() {
+            true => self.activities().filter(|_| self.watched == Some(Colouring::activity())),
+            false => self.feed.value(),
         }
     }
 
@@ -212,7 +229,7 @@ impl Stage {
     }
 
     /// Shows a live run at a past simulated time in nanoseconds, or again at the current time. Only
-    /// frames of the past are kept, so robots have no values of columns then.
+    /// frames and activities of the past are kept, so robots have no values of other columns then.
     pub fn look_back(&mut self, time: Option<u64>) {
         let run = self.feed.frame().map(|frame| frame.run_id());
         self.looking_back = run.zip(time);
@@ -383,9 +400,7 @@ impl Stage {
         let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
         let legend = colouring.legend(theme, &self.robot_types, self.range);
         match colouring {
-            Colouring::Column(_) if self.feed.value().is_none() || self.is_looking_back() => {
-                legend.without_data(theme)
-            }
+            Colouring::Column(_) if self.colouring_values().is_none() => legend.without_data(theme),
             _ => legend,
         }
     }
@@ -402,7 +417,7 @@ impl Stage {
             bounds_of_graph(&world, level).map_or(self.bounds(), |bounds| self.moved(bounds));
         let values = match &self.scene.colouring {
             Colouring::Speed => frame.map(|frame| frame.speed()),
-            _ => self.feed.value().filter(|_| !self.is_looking_back()),
+            _ => self.colouring_values(),
         };
         let legend = self.scene.colouring.legend(theme, &self.robot_types, self.range);
         svg::draw(&svg::Plan {

@@ -195,7 +195,10 @@ impl TimelinePanel {
         );
         rest(ui, style::faint(ui, text));
         if live.is_past {
-            rest(ui, style::faint(ui, "Columns, contacts and routes of the past are not kept."));
+            rest(
+                ui,
+                style::faint(ui, "Contacts, routes and other columns than activities aren't kept."),
+            );
         }
     }
 

@@ -73,7 +73,7 @@ pub struct ViewModel<'a> {
     pub labels: &'a Labels,
     /// Each robot's index into the robot types.
     pub robot_type_column: Option<&'a [f32]>,
-    /// Each robot's activity, if a fleet manager publishes it.
+    /// The activity of each robot of the frame, if a fleet manager publishes it.
     pub activity_column: Option<&'a [f32]>,
     /// The pairs that a collision checker reports.
     pub contacts: Option<Contacts<'a>>,
@@ -276,11 +276,10 @@ impl ViewModel<'_> {
         self.values.iter().find(|(name, _)| name.as_str() == column).map(|(_, value)| *value)
     }
 
-    /// Returns the activity of a robot of the frame; `None` if it is absent. A frame of the past
-    /// has no activities of a fleet manager.
+    /// Returns the activity of a robot of the frame; `None` if it is absent.
     pub fn activity(&self, robot: u32) -> Option<Activity> {
         let (frame, row) = (self.frame?, robot as usize);
-        let activities = self.activity_column.filter(|_| !self.is_past()).unwrap_or_default();
+        let activities = self.activity_column.unwrap_or_default();
         (row < frame.len()).then(|| activity_of(frame.state_of(row), activities, robot))?
     }
 

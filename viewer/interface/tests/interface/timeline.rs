@@ -156,7 +156,7 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     harness.state_mut().interface.settings.right = Some(RightPanel::Selection);
     harness.state_mut().interface.select(Some(Item::Robot(3)));
     settle(&mut harness);
-    harness.get_by_label_contains("Only poses and states are kept");
+    harness.get_by_label_contains("Of the past, only poses, states and activities");
     harness.state_mut().interface.select(None);
     harness.state_mut().interface.settings.right = None;
     settle(&mut harness);
