@@ -140,11 +140,6 @@ impl Caption {
             let spots = near.map_or_else(Vec::new, |frame| {
                 robot_spots::find(&frame, world, level, camera, scene.offset, size)
             });
-            if layers.robot_ids {
-                robot_spots::draw(ui.ctx(), picture, picture, theme, &spots);
-            }
-            let robots = annotations.robots.iter().copied();
-            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots);
             left_out = annotations.banner.show(ui.ctx(), picture, &mut placement, camera, theme);
             if let Some(legend) = annotations.legend {
                 let facts = annotations.heat;
@@ -161,6 +156,11 @@ impl Caption {
                 let scale = PlanScale::place(&mut placement, picture, picture, camera);
                 scale.draw(ui.ctx(), &placement, picture, picture, camera, theme);
             }
+            if layers.robot_ids {
+                robot_spots::draw(ui.ctx(), picture, picture, theme, &spots, &placement);
+            }
+            let robots = annotations.robots.iter().copied();
+            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots);
             if let Some(facts) = annotations.heat.filter(|_| layers.ids) {
                 let hottest = Hottest {
                     places: annotations.hottest,

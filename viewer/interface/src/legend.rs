@@ -18,9 +18,9 @@ pub const LEGEND: &str = "legend";
 /// The greatest width that a column takes, in points, with its margins.
 pub const LEGEND_ROOM: f32 = 210.0;
 /// The width of a picture below which its legend is lines, in points.
-const NARROW: f32 = 800.0;
+pub(super) const NARROW: f32 = 800.0;
 /// The width beside the lines that other elements have, in points.
-const BESIDE_LINES: f32 = 200.0;
+const BESIDE_LINES: f32 = 220.0;
 /// The least width of a picture with lines, in points, and the greatest part of its height that
 /// they take.
 const LEAST_FOR_LINES: f32 = 480.0;
@@ -67,7 +67,10 @@ impl LegendView<'_> {
     /// Shows the legend of a window, which is lines in a narrow picture.
     pub(super) fn show_in_window(&self, ctx: &Context, placement: &mut Placement) {
         if is_narrow(placement) {
-            float(ctx, placement, self.theme, LEGEND, Align2::LEFT_BOTTOM, |ui| self.lines(ui));
+            let width = placement.room().width() - BESIDE_LINES;
+            float(ctx, placement, self.theme, LEGEND, Align2::LEFT_BOTTOM, |ui| {
+                self.lines(ui, width);
+            });
         } else {
             self.show(ctx, placement);
         }
@@ -77,7 +80,8 @@ impl LegendView<'_> {
     pub(super) fn room(&self, ctx: &Context, placement: &Placement) -> LegendRoom {
         let room = placement.room();
         if is_narrow(placement) {
-            let size = measure(ctx, room, self.theme, "legend's lines", |ui| self.lines(ui));
+            let width = room.width() - BESIDE_LINES;
+            let size = measure(ctx, room, self.theme, "legend's lines", |ui| self.lines(ui, width));
             match room.width() >= LEAST_FOR_LINES && size.y <= MOST_BELOW * room.height() {
                 true => LegendRoom { left: 0.0, below: size.y + 2.0 * MARGIN },
                 false => LegendRoom::default(),
@@ -96,8 +100,8 @@ impl LegendView<'_> {
         self.contents(ui);
     }
 
-    fn lines(&self, ui: &mut Ui) {
-        ui.set_max_width(ui.available_width() - BESIDE_LINES);
+    fn lines(&self, ui: &mut Ui, width: f32) {
+        ui.set_max_width(width);
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = egui::vec2(10.0, 2.0);
             self.contents(ui);

@@ -8,7 +8,7 @@ use super::context::PanelContext;
 use super::heat::HeatLegend;
 use super::hottest::Hottest;
 use super::labels::{LabelView, Labels};
-use super::legend::{LegendRoom, LegendView};
+use super::legend::{LegendRoom, LegendView, NARROW};
 use super::levels::PictureArea;
 use super::placement::Placement;
 use super::plan::PlanScale;
@@ -87,12 +87,12 @@ impl Interface {
             }
             self.messages.show(context, ctx, &mut placement);
             let spots = self.robot_spots(context, area);
-            self.robot_ids(context, ctx, area, &spots);
             if let Some(measuring) = &self.measuring {
                 measuring.draw(context, ctx, area);
             }
             self.spots.draw_mark(context, ctx, area);
             self.elements(context, ctx, area, &mut placement);
+            self.robot_ids(context, ctx, area, (&spots, &placement));
             if let Some(hottest) = self.hottest(context) {
                 hottest.draw(ctx, area, &mut placement);
             }
@@ -191,13 +191,13 @@ impl Interface {
         context: &PanelContext<'_>,
         ctx: &egui::Context,
         area: PictureArea,
-        spots: &[Spot],
+        (spots, placement): (&[Spot], &Placement),
     ) {
         let PictureArea { picture, visible, .. } = area;
         let (model, camera, offset) = (context.model, &context.camera, context.offset);
         let theme = context.theme;
         if self.settings.robot_ids {
-            robot_spots::draw(ctx, visible, picture, theme, spots);
+            robot_spots::draw(ctx, visible, picture, theme, spots, placement);
         }
         if self.settings.ids {
             let selected = context.selection.robots().into_iter();
@@ -231,7 +231,7 @@ fn coordinates(
         Some(at) => format!("x {:.2} m  y {:.2} m", at.x, at.y),
         None => "x –  y –".to_owned(),
     }];
-    if !camera.is_plan() && area.whole.width() > 520.0 {
+    if !camera.is_plan() && area.whole.width() >= NARROW {
         let [yaw, pitch] = [camera.yaw, camera.pitch].map(f32::to_degrees);
         figures.push(format!(
             "camera  {:.1}  {:.1}  {:.1} m   {yaw:.0}°  {pitch:.0}°",

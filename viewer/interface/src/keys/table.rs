@@ -7,16 +7,16 @@ use super::Command;
 /// Gestures of mouse and touchpad, for the help: gesture, effect.
 pub(super) const POINTER_GESTURES: &[(&str, &str)] = &[
     ("left drag", "orbit around the target"),
-    ("right, middle or Shift drag", "pan over the ground"),
+    ("right or Shift drag", "pan over the ground"),
     ("wheel, pinch", "zoom in or out at the cursor"),
     ("two fingers", "pan over the ground"),
     ("click", "select a robot, edge or node"),
-    ("Ctrl or Cmd click", "add a robot to the selection, or remove it"),
-    ("Enter in the search", "select it; with Ctrl or Cmd, add it"),
-    ("right click", "menu: hold, break, send, close an edge"),
+    ("Ctrl or Cmd click", "add or remove a robot"),
+    ("Enter in search", "select it; with Ctrl, add it"),
+    ("right click", "menu of a robot, node or edge"),
     ("double click", "fly there"),
-    ("left drag in a plan", "pan"),
-    ("click while measuring", "one end, then the other: robots or places"),
+    ("left drag in plan", "pan"),
+    ("click in measuring", "one end, then the other"),
 ];
 
 /// A keyboard shortcut.
