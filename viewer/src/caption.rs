@@ -7,15 +7,18 @@ use regatta_gpu::device::Gpu;
 use regatta_gpu::painter::{Drawing, Painter};
 use regatta_interface::banner::Banner;
 use regatta_interface::heat::HeatLegend;
+use regatta_interface::hottest::Hottest;
 use regatta_interface::labels::{LabelView, Labels};
+use regatta_interface::legend::{LEGEND, LegendView};
+use regatta_interface::levels::PictureArea;
 use regatta_interface::placement::Placement;
 use regatta_interface::plan::PlanScale;
 use regatta_interface::symbols::Symbols;
-use regatta_interface::{overlay, robot_spots, style};
+use regatta_interface::{robot_spots, style};
 use regatta_plugin::{Frame, World};
 use regatta_scene::Scene;
 use regatta_scene::camera::Camera;
-use regatta_scene::heat::HeatFacts;
+use regatta_scene::heat::{HeatFacts, HotEdge};
 use regatta_scene::palette::Legend;
 use regatta_scene::plans::PlanFacts;
 use wgpu::{CommandEncoder, TextureView};
@@ -55,6 +58,8 @@ pub struct Annotations<'a> {
     pub world: World<'a>,
     /// The scale of the heat map.
     pub heat: Option<HeatFacts>,
+    /// The hottest places of the heat map, which are labelled as far as names and ids are shown.
+    pub hottest: &'a [HotEdge],
     /// Number of closed edges.
     pub closed: u32,
     /// The density of half the strength in robots per hectare, if robots are drawn as their
@@ -135,11 +140,6 @@ impl Caption {
             let spots = near.map_or_else(Vec::new, |frame| {
                 robot_spots::find(&frame, world, level, camera, scene.offset, size)
             });
-            if layers.robot_ids {
-                robot_spots::draw(ui.ctx(), picture, picture, theme, &spots);
-            }
-            let robots = annotations.robots.iter().copied();
-            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots);
             left_out = annotations.banner.show(ui.ctx(), picture, &mut placement, camera, theme);
             if let Some(legend) = annotations.legend {
                 let facts = annotations.heat;
@@ -148,14 +148,31 @@ impl Caption {
                 let density = annotations.density;
                 let symbols = Symbols::new(layers, annotations.plans);
                 let symbols = Symbols { heat, density, closed, ..symbols };
-                let title = Some(&annotations.title[..]);
-                let is_shown =
-                    overlay::legend(ui.ctx(), &mut placement, theme, legend, &symbols, title);
-                left_out.extend((!is_shown).then_some(overlay::LEGEND));
+                let legend = LegendView { theme, legend, symbols, title: &annotations.title };
+                let is_shown = legend.show(ui.ctx(), &mut placement);
+                left_out.extend((!is_shown).then_some(LEGEND));
             }
             if annotations.plan && camera.is_plan() {
                 let scale = PlanScale::place(&mut placement, picture, picture, camera);
                 scale.draw(ui.ctx(), &placement, picture, picture, camera, theme);
+            }
+            if layers.robot_ids {
+                robot_spots::draw(ui.ctx(), picture, picture, theme, &spots, &placement);
+            }
+            let robots = annotations.robots.iter().copied();
+            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots);
+            if let Some(facts) = annotations.heat.filter(|_| layers.ids) {
+                let hottest = Hottest {
+                    places: annotations.hottest,
+                    figure: facts.heat.figure,
+                    world,
+                    level,
+                    offset: scene.offset,
+                    camera,
+                    theme,
+                };
+                let area = PictureArea { picture, visible: picture, whole: picture };
+                hottest.draw(ui.ctx(), area, &mut placement);
             }
             if layers.ids {
                 let (robots, placement) = (&spots[..], &placement);

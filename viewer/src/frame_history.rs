@@ -1,7 +1,8 @@
 //! The last ten minutes of a live run, in bounded memory. They can be viewed while the run
 //! continues.
 //!
-//! Frames are kept whole, as they were in shared memory, but not all of them: as many per simulated
+//! Frames are kept whole, as they were in shared memory, with the activities of their robots, but
+//! not all of them: as many per simulated
 //! second as the memory allows for ten minutes, and at most ten. If even one each two seconds is
 //! too much, less than ten minutes are kept.
 
@@ -21,10 +22,12 @@ const INTERVALS: (u64, u64) = (100_000_000, 2_000_000_000);
 struct KeptFrame {
     header: FrameHeader,
     lines: Box<[Line]>,
+    /// The values of the column `activity`, if a fleet manager publishes it.
+    activities: Option<Box<[f32]>>,
 }
 
 impl KeptFrame {
-    fn copy(frame: &Frame<'_>) -> Self {
+    fn copy(frame: &Frame<'_>, activities: Option<&[f32]>) -> Self {
         let robots = frame.len();
         let mut lines = vec![Line::default(); frame_lines(robots)].into_boxed_slice();
         let to = ColumnsMut::split(&mut lines, robots);
@@ -35,11 +38,12 @@ impl KeptFrame {
         to.s[..robots].copy_from_slice(frame.s());
         to.edge[..robots].copy_from_slice(frame.edge());
         to.state[..robots].copy_from_slice(frame.state());
-        Self { header: *frame.header(), lines }
+        Self { header: *frame.header(), lines, activities: activities.map(Box::from) }
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(&*self.lines) + size_of::<Self>()
+        let activities = self.activities.as_deref().map_or(0, size_of_val);
+        size_of_val(&*self.lines) + activities + size_of::<Self>()
     }
 }
 
@@ -63,17 +67,18 @@ impl FrameHistory {
         Self { frames: VecDeque::new(), bytes: 0, budget }
     }
 
-    /// Keeps a copy of a frame if one is due. Drops copies that are too old or have no room.
+    /// Keeps a copy of a frame and of the activities of its robots if one is due. Drops copies that are too old or have no room.
     /// Another run resets the history.
-    pub fn take(&mut self, frame: &Frame<'_>) {
+    pub fn take(&mut self, frame: &Frame<'_>, activities: Option<&[f32]>) {
         let now = frame.header().sim_time_nanos;
         let last = self.frames.back().map(|last| (last.header.run_id, last.header.sim_time_nanos));
         if last.is_some_and(|(run, time)| run != frame.run_id() || now < time) {
             (self.frames, self.bytes) = (VecDeque::new(), 0);
-        } else if last.is_some_and(|(_, time)| now - time < self.interval(frame.len())) {
+        } else if last.is_some_and(|(_, time)| now - time < self.interval(frame.len(), activities))
+        {
             return;
         }
-        let kept = KeptFrame::copy(frame);
+        let kept = KeptFrame::copy(frame, activities);
         self.bytes += kept.bytes();
         self.frames.push_back(kept);
         // The newest one is kept in any case.
@@ -83,8 +88,9 @@ impl FrameHistory {
     }
 
     /// The time between two kept frames of so many robots, in nanoseconds.
-    fn interval(&self, robots: usize) -> u64 {
-        let bytes = (frame_lines(robots) * size_of::<Line>() + size_of::<KeptFrame>()) as u64;
+    fn interval(&self, robots: usize, activities: Option<&[f32]>) -> u64 {
+        let lines = frame_lines(robots) * size_of::<Line>();
+        let bytes = (lines + activities.map_or(0, size_of_val) + size_of::<KeptFrame>()) as u64;
         (KEPT / (self.budget as u64 / bytes).max(1)).clamp(INTERVALS.0, INTERVALS.1)
     }
 
@@ -107,9 +113,18 @@ impl FrameHistory {
 
     /// The newest kept frame at or before a simulated time, or the oldest one.
     pub fn at(&self, time: u64) -> Option<Frame<'_>> {
-        let after = self.frames.partition_point(|frame| frame.header.sim_time_nanos <= time);
-        let frame = self.frames.get(after.saturating_sub(1))?;
+        let frame = self.kept_at(time)?;
         Frame::new(&frame.header, &frame.lines)
+    }
+
+    /// The activities of the robots of that frame, if a fleet manager published them.
+    pub fn activities_at(&self, time: u64) -> Option<&[f32]> {
+        self.kept_at(time)?.activities.as_deref()
+    }
+
+    fn kept_at(&self, time: u64) -> Option<&KeptFrame> {
+        let after = self.frames.partition_point(|frame| frame.header.sim_time_nanos <= time);
+        self.frames.get(after.saturating_sub(1))
     }
 
     /// The time of the first kept frame after a simulated time, in nanoseconds.
@@ -125,6 +140,9 @@ mod tests {
 
     use super::*;
 
+    /// The run of a fleet with a manager.
+    const MANAGED: u64 = 7;
+
     /// Passes frames of so many robots to a history, a tick of 50 ms each.
     fn run(history: &mut FrameHistory, run_id: u64, robots: usize, ticks: std::ops::Range<u64>) {
         let mut lines = vec![Line::default(); frame_lines(robots)];
@@ -138,7 +156,9 @@ mod tests {
                 stride_lines: stride_lines(robots) as u32,
                 ..FrameHeader::default()
             };
-            history.take(&Frame::new(&header, &lines).expect("a frame"));
+            let activities = vec![(tick % 8) as f32; robots];
+            let activities = (run_id == MANAGED).then_some(&*activities);
+            history.take(&Frame::new(&header, &lines).expect("a frame"), activities);
         }
     }
 
@@ -176,5 +196,18 @@ mod tests {
         let mut tiny = FrameHistory::new(10);
         run(&mut tiny, 1, 1000, 0..100);
         assert_eq!(tiny.frames.len(), 1, "the newest one");
+    }
+
+    #[test]
+    fn activities_are_kept_with_their_frames() {
+        let mut history = FrameHistory::new(1 << 20);
+        run(&mut history, MANAGED, 1000, 0..4000);
+        assert!(history.bytes() <= 1 << 20, "{}", history.bytes());
+        let (_, end) = history.span().expect("frames");
+        let tick = history.at(end).expect("a frame").tick();
+        let activities = history.activities_at(end).expect("activities");
+        assert_eq!(activities, vec![(tick % 8) as f32; 1000]);
+        run(&mut history, MANAGED + 1, 10, 0..3);
+        assert_eq!(history.activities_at(0), None, "no fleet manager");
     }
 }

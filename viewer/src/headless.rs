@@ -17,7 +17,7 @@ use regatta_gpu::renderer::Renderer;
 use regatta_interface::banner::Banner;
 use regatta_interface::cameras::CameraOption;
 use regatta_interface::labels::{Labels, levels};
-use regatta_interface::overlay;
+use regatta_interface::legend::{LEGEND, beside_legend};
 use regatta_interface::text::with_plural;
 use regatta_interface::transport::clock_text;
 use regatta_plugin::frame::RobotState;
@@ -324,7 +324,7 @@ impl HeadlessViewer<'_> {
         let size = self.size().as_vec2();
         match self.no_legend || self.part.is_some() {
             true => Window::whole(size.x / size.y),
-            false => overlay::beside_legend(size / pixels_per_point(self.size())),
+            false => beside_legend(size / pixels_per_point(self.size())),
         }
     }
 
@@ -344,7 +344,7 @@ impl HeadlessViewer<'_> {
         }
         self.stage.hide_other_levels();
         if self.part.is_none() && !self.no_legend && legend_width(self.size()) == 0 {
-            self.leave_out(&[overlay::LEGEND]);
+            self.leave_out(&[LEGEND]);
         }
         let (picture, left_out) = self.draw(alpha)?;
         // Without the legend, everything else has more room.
@@ -357,7 +357,7 @@ impl HeadlessViewer<'_> {
         if !left_out.is_empty() && !std::mem::replace(&mut self.has_warned, true) {
             tracing::warn!("{}", no_room(self.options.picture_size(), left_out));
         }
-        let hides_legend = left_out.contains(&overlay::LEGEND);
+        let hides_legend = left_out.contains(&LEGEND);
         self.no_legend |= hides_legend;
         hides_legend
     }
@@ -402,17 +402,14 @@ impl HeadlessViewer<'_> {
 /// Returns the width of the strip on the left of a picture that its legend takes, in pixels; 0 if
 /// the picture has no room to spare.
 fn legend_width(size: UVec2) -> u32 {
-    let beside = overlay::beside_legend(size.as_vec2() / pixels_per_point(size));
+    let beside = beside_legend(size.as_vec2() / pixels_per_point(size));
     (beside.low.x * size.x as f32).ceil() as u32
 }
 
 /// Returns a message about the parts for which a picture of this size has no room, with the remedy.
 fn no_room(size: UVec2, left_out: &[&str]) -> String {
-    let advice = if left_out.contains(&overlay::LEGEND) {
-        ", or hide the legend with --no-legend"
-    } else {
-        ""
-    };
+    let advice =
+        if left_out.contains(&LEGEND) { ", or hide the legend with --no-legend" } else { "" };
     let names = left_out.join(" and ");
     format!(
         "a picture of {}x{} has no room for its {names}; give a larger --size{advice}",

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use regatta_interface::log::{AlarmChange, Entry, Kind, LogReport, Severity};
-use regatta_interface::text::with_plural;
+use regatta_interface::text::{thousands, with_plural};
 use regatta_plugin::column::GOAL;
 use regatta_plugin::frame::Frame;
 use regatta_plugin::{
@@ -254,7 +254,8 @@ fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
     });
     let time = news.last().map_or(0, |(entry, _)| entry.time_nanos);
     for (kind, count) in counts.into_iter().filter(|(_, count)| *count > MOST_OF_A_KIND) {
-        let text = format!("{} more of these ({}) at once", count - MOST_OF_A_KIND, kind.name());
+        let more = thousands((count - MOST_OF_A_KIND) as u64);
+        let text = format!("{more} more of these ({}) at once", kind.name());
         let entry = Entry { kind, ..about_fleet(time, Severity::Warning, text) };
         news.push((entry, AlarmChange::None));
     }

@@ -12,7 +12,7 @@ use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_interface::banner::Banner;
 use regatta_interface::jams::JamFacts;
 use regatta_interface::orders::OpenOrders;
-use regatta_interface::robot_filter::{Filter, RobotSet};
+use regatta_interface::robot_filter::{Filter, FilterColumns, RobotSet};
 use regatta_interface::view_model::{Live, Timeline};
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
@@ -142,7 +142,7 @@ impl Stage {
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
             if let Some(history) = self.history.as_mut().filter(|_| is_live) {
-                history.take(&frame);
+                history.take(&frame, self.feed.activity());
             }
             self.looking_back = self.looking_back.filter(|(run, _)| *run == frame.run_id());
             self.playhead.push(&frame, now);
@@ -168,6 +168,23 @@ impl Stage {
         match (self.looking_back, &self.history) {
             (Some((_, time)), Some(history)) => history.at(time),
             _ => self.feed.frame(),
+        }
+    }
+
+    /// The activities of the robots of that frame, if a fleet manager publishes them, or has.
+    pub fn activities(&self) -> Option<&[f32]> {
+        match (self.looking_back, &self.history) {
+            (Some((_, time)), Some(history)) => history.activities_at(time),
+            _ => self.feed.activity(),
+        }
+    }
+
+    /// The values of the column by which robots are coloured, if they are known. Of the past, only
+    /// activities are.
+    fn colouring_values(&self) -> Option<&[f32]> {
+        match self.is_looking_back() {
+            true => self.activities().filter(|_| self.watched == Some(Colouring::activity())),
+            false => self.feed.value(),
         }
     }
 
@@ -212,7 +229,7 @@ impl Stage {
     }
 
     /// Shows a live run at a past simulated time in nanoseconds, or again at the current time. Only
-    /// frames of the past are kept, so robots have no values of columns then.
+    /// frames and activities of the past are kept, so robots have no values of other columns then.
     pub fn look_back(&mut self, time: Option<u64>) {
         let run = self.feed.frame().map(|frame| frame.run_id());
         self.looking_back = run.zip(time);
@@ -373,7 +390,8 @@ impl Stage {
             return;
         };
         let filter = Filter::default().of_level(self.scene.level.as_deref());
-        let matches = filter.matches(&frame, &world, None, &OpenOrders::default());
+        let matches =
+            filter.matches(&frame, &world, FilterColumns::default(), &OpenOrders::default());
         self.renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
     }
 
@@ -382,9 +400,7 @@ impl Stage {
         let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
         let legend = colouring.legend(theme, &self.robot_types, self.range);
         match colouring {
-            Colouring::Column(_) if self.feed.value().is_none() || self.is_looking_back() => {
-                legend.without_data(theme)
-            }
+            Colouring::Column(_) if self.colouring_values().is_none() => legend.without_data(theme),
             _ => legend,
         }
     }
@@ -401,7 +417,7 @@ impl Stage {
             bounds_of_graph(&world, level).map_or(self.bounds(), |bounds| self.moved(bounds));
         let values = match &self.scene.colouring {
             Colouring::Speed => frame.map(|frame| frame.speed()),
-            _ => self.feed.value().filter(|_| !self.is_looking_back()),
+            _ => self.colouring_values(),
         };
         let legend = self.scene.colouring.legend(theme, &self.robot_types, self.range);
         svg::draw(&svg::Plan {
@@ -449,6 +465,7 @@ impl Stage {
             frame: None,
             world: World::default(),
             heat: self.jam_facts().heat,
+            hottest: &self.jam_facts().hottest,
             closed: self.closed().len() as u32,
             density: None,
             robots: Vec::new(),

@@ -2,18 +2,22 @@
 
 mod facilities;
 mod labels;
+mod legend;
 mod traffic;
 
 use glam::DVec2;
+use regatta_base::badge::Badge;
 use regatta_base::graph::EdgeIndex;
+use regatta_base::outline::LineKind;
 use regatta_base::round;
 use regatta_base::svg::Svg;
 
 use crate::model::angle::unit;
+use crate::model::drawn::DrawnStation;
 use crate::model::info::BoundingBox;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
-use crate::model::tags::{Role, Station};
+use crate::model::tags::Role;
 use crate::traffic::Certificate;
 
 /// The longer side of the map in pixels, margins included.
@@ -30,17 +34,21 @@ const MAX_SCALE: f64 = 60.0;
 const PAPER: &str = "#fafbfc";
 const INK: &str = "#30363d";
 
+/// The colours of walls and of racks.
+const WALL: &str = "#8b949e";
+const RACK: &str = "#d3c4a6";
+
 /// The colours of the edges, from slow to fast.
 const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
 
 /// Returns the map of a graph as the text of an SVG file.
 ///
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
-/// they allow reverse gear. Nodes show their headings, and rings in the colours of their roles;
-/// stations are squares, doors bars, cabins of lifts outlines. Labels are names or else ids: those
-/// of nodes in grey, unless there are thousands; those of edges in the colour of the edge, if there
-/// are few. Zones have their names in their middle. A label without room is left out. The lines of
-/// the background are grey.
+/// they allow reverse gear. Nodes show their headings; stations are badges with the sign of their
+/// role, which the legend names, doors bars, cabins of lifts outlines. Labels are names or else ids:
+/// those of nodes in grey, unless there are thousands; those of edges in the colour of the edge, if
+/// there are few. Zones have their names in their middle. A label without room is left out. The
+/// lines of the background are grey walls, and thinner brown racks.
 pub fn svg(graph: &RouteGraph) -> String {
     Map::new(graph).write(None)
 }
@@ -65,6 +73,7 @@ struct Map<'g> {
     speeds: (f64, f64),
     /// The median length of an edge in pixels, by which strokes and symbols are scaled.
     detail: f64,
+    stations: Vec<DrawnStation<'g>>,
 }
 
 impl<'g> Map<'g> {
@@ -85,7 +94,8 @@ impl<'g> Map<'g> {
         let mut lengths: Vec<f64> =
             graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
         lengths.sort_by(f64::total_cmp);
-        Self { graph, bounds, scale, size, speeds, detail: lengths[lengths.len() / 2] }
+        let (detail, stations) = (lengths[lengths.len() / 2], graph.drawn_stations());
+        Self { graph, bounds, scale, size, speeds, detail, stations }
     }
 
     fn pixel(&self, point: DVec2) -> DVec2 {
@@ -94,8 +104,8 @@ impl<'g> Map<'g> {
 
     fn write(&self, certificate: Option<&Certificate>) -> String {
         let mut svg = Svg::new(0);
-        let below = certificate.map_or(0.0, |certificate| self.traffic_legend(certificate));
-        svg.document(self.size + DVec2::new(0.0, below), "")
+        let keys = self.keys(certificate);
+        svg.document(self.size + DVec2::new(0.0, self.height_of(&keys)), "")
             .set("font-family", "Helvetica, Arial, sans-serif")
             .set("font-size", 11)
             .open();
@@ -115,10 +125,10 @@ impl<'g> Map<'g> {
         self.write_stations(&mut svg);
         if let Some(certificate) = certificate {
             self.write_marks(&mut svg, certificate);
-            self.write_traffic_legend(&mut svg, certificate);
         }
         self.write_labels(&mut svg);
         self.write_legend(&mut svg);
+        self.write_keys(&mut svg, &keys);
         svg.finish()
     }
 
@@ -144,44 +154,38 @@ impl<'g> Map<'g> {
         svg.element("path").fill("none").stroke("#e8ebef", 1).polylines(lines);
     }
 
-    /// Writes the lines of the background.
+    /// Writes the lines of the background: racks, and over them walls.
     fn write_background(&self, svg: &mut Svg) {
         if self.graph.background().is_empty() {
             return;
         }
-        let lines = self.graph.background().iter();
-        let lines = lines.map(|line| line.points.iter().map(|&point| self.pixel(point)));
-        svg.element("path").fill("none").stroke("#b9c0c8", 1.2).polylines(lines);
+        let kinds = self.graph.background_kinds();
+        for (kind, colour, width) in [(LineKind::Rack, RACK, 1.0), (LineKind::Wall, WALL, 2.0)] {
+            let lines = self.graph.background().iter().zip(&kinds);
+            let lines = lines.filter(|(_, of_line)| **of_line == kind);
+            let lines = lines.map(|(line, _)| line.points.iter().map(|&point| self.pixel(point)));
+            svg.element("path").fill("none").stroke(colour, width).polylines(lines);
+        }
     }
 
-    /// Writes stations as squares in the colours of their roles, with lines to their nodes, and
-    /// rings around nodes with a role.
+    /// Writes stations as badges, with lines to those of their nodes that are elsewhere.
     fn write_stations(&self, svg: &mut Svg) {
-        let size = self.station_size();
-        for node in self.graph.nodes().iter().filter(|node| node.role != Role::None) {
-            let ring = svg.circle(self.pixel(node.position), size);
-            ring.fill("none").stroke(role_colour(node.role), 2);
-        }
-        for station in self.graph.stations() {
-            let Some(at) = self.station_position(station) else { continue };
-            let colour = role_colour(station.role);
-            for &node in &station.nodes {
-                let line = svg.line(at, self.pixel(self.graph.node(node).position));
-                line.stroke(colour, 1).set("stroke-dasharray", "3 3");
+        let badge = self.badge(self.station_size());
+        for DrawnStation { name, role, place, nodes } in &self.stations {
+            let at = self.pixel(*place);
+            for node in *nodes {
+                let line = svg.line(at, self.pixel(self.graph.node(*node).position));
+                line.stroke(INK, 1).set("stroke-dasharray", "3 3");
             }
-            let square = svg.rect(at - size, DVec2::splat(2.0 * size));
-            square.fill(colour).set("fill-opacity", 0.75);
+            badge.draw(svg, at, role.sign(), name);
         }
     }
 
-    /// Returns where a station is in the picture, if the file says so for it or for a node of it.
-    fn station_position(&self, station: &Station) -> Option<DVec2> {
-        let node = station.nodes.first().map(|&node| self.graph.node(node).position);
-        station.position.or(node).map(|position| self.pixel(position))
+    fn badge(&self, radius: f64) -> Badge<'static> {
+        Badge { radius, paper: PAPER, ink: INK, is_y_up: false }
     }
 
-    /// Returns half the side of a station's square, and the radius of the ring around a node with a
-    /// role.
+    /// Returns the radius of a station's badge.
     fn station_size(&self) -> f64 {
         (self.detail * 0.16).clamp(3.0, 10.0)
     }
@@ -190,7 +194,7 @@ impl<'g> Map<'g> {
         (self.detail * 0.07).clamp(0.8, 4.5)
     }
 
-    /// Returns the radius of a node's circle, or of its ring, with half the stroke.
+    /// Returns the radius of a node's circle with half the stroke, or of its badge.
     fn reach(&self, node: &Node) -> f64 {
         if node.role == Role::None { self.node_radius() * 1.2 } else { self.station_size() + 1.0 }
     }
@@ -266,39 +270,6 @@ impl<'g> Map<'g> {
         }
         svg.close();
     }
-
-    /// Writes the scale bar, the counts and the colours of the speeds.
-    fn write_legend(&self, svg: &mut Svg) {
-        let (top, bar) = (self.size.y - LEGEND, round::down(120.0 / self.scale));
-        let (line, end) = (top + 16.0, MARGIN + bar * self.scale);
-        svg.line(DVec2::new(0.0, top), DVec2::new(self.size.x, top)).stroke("#d5dae0", 1);
-        let ticks = [MARGIN, end].map(|x| [DVec2::new(x, line - 4.0), DVec2::new(x, line + 4.0)]);
-        let scale = [[DVec2::new(MARGIN, line), DVec2::new(end, line)], ticks[0], ticks[1]];
-        svg.element("path").fill("none").stroke(INK, 1.5).polylines(scale);
-        svg.element("g").fill(INK).open();
-        svg.text(DVec2::new(MARGIN, line + 18.0)).content(format_args!("{bar} m"));
-        let (nodes, edges) = (self.graph.nodes().len(), self.graph.edges().len());
-        let middle = DVec2::new(end.max(MARGIN + 60.0) + 24.0, line + 4.0);
-        svg.text(middle).content(format_args!("{edges} edges, {nodes} nodes"));
-        self.write_speeds(svg, DVec2::new(self.size.x - MARGIN, line));
-        svg.close();
-    }
-
-    /// Writes the colours of the speeds, to the left of a point.
-    fn write_speeds(&self, svg: &mut Svg, DVec2 { x: right, y }: DVec2) {
-        let (slowest, fastest) = self.speeds;
-        let fast = svg.text(DVec2::new(right, y + 4.0)).set("text-anchor", "end");
-        fast.content(format_args!("{fastest} m/s"));
-        if fastest > slowest {
-            let left = right - 150.0;
-            let slow = svg.text(DVec2::new(left, y + 4.0)).set("text-anchor", "end");
-            slow.content(format_args!("{slowest} m/s"));
-            for (class, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
-                let corner = DVec2::new(left + 8.0 + class * 18.0, y - 2.0);
-                svg.rect(corner, DVec2::new(18.0, 4.0)).fill(colour);
-            }
-        }
-    }
 }
 
 /// Estimates the length of a path. The length of a cubic is the mean of its chord and its control
@@ -309,17 +280,6 @@ fn approximate_length(path: &Path) -> f64 {
         (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
     });
     lengths.sum()
-}
-
-fn role_colour(role: Role) -> &'static str {
-    match role {
-        Role::None => "#6a737d",
-        Role::Pick => "#2f7d4f",
-        Role::Drop => "#8a4fb0",
-        Role::Park => "#3b6ea8",
-        Role::Charge => "#c98a1b",
-        Role::Transfer => "#1b7f8c",
-    }
 }
 
 #[cfg(test)]
@@ -348,7 +308,10 @@ mod tests {
             Stations:\n- {Name: Dock, Role: drop, Nodes: [2], X: 5, Y: 2}\n";
         let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         assert!(map.contains(">a&lt;b</text>") && map.contains(">Dock</text>"), "{map}");
-        assert!(map.contains(role_colour(Role::Charge)) && map.contains(role_colour(Role::Drop)));
+        let titles = ["<title>a&lt;b</title>", "<title>Dock</title>"];
+        assert!(titles.iter().all(|title| map.contains(title)), "{map}");
+        let in_legend = [">charge</text>", ">drop</text>"];
+        assert!(in_legend.iter().all(|name| map.contains(name)), "{map}");
     }
 
     #[test]

@@ -31,6 +31,7 @@ pub mod traffic;
 pub mod write;
 
 pub use model::change::{ChangeError, EdgeChange};
+pub use model::drawn::DrawnStation;
 pub use model::facilities::{Cabin, Door, DoorTimes, Lift, LiftLevel};
 pub use model::finding::{Finding, FindingKind, Findings, Severity, Subject};
 pub use model::format::{Format, Written};

@@ -3,6 +3,7 @@
 pub mod angle;
 pub mod change;
 pub mod components;
+pub mod drawn;
 pub mod facilities;
 pub mod finding;
 pub mod format;

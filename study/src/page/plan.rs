@@ -1,21 +1,24 @@
 //! The plan of a layout, or of a part of it, in a picture.
 
-use std::collections::BTreeSet;
-
 use glam::DVec2;
+use regatta_base::badge::Badge;
+use regatta_base::outline::LineKind;
 use regatta_base::svg::Svg;
-use regatta_layout::{Edge, NodeIndex, Role, RouteGraph};
+use regatta_layout::{Edge, RouteGraph};
 
 /// The longer side of the plan in pixels.
 const LONGER_SIDE: f64 = 1100.0;
 /// The colour of doors and of cabins of lifts, that of `regatta graph draw`.
 const FACILITY: &str = "#9c5a1a";
-/// The colour of walls.
-const WALL: &str = "#aeb6be";
+/// The colours of walls and of racks, those of `regatta graph draw`.
+const WALL: &str = "#8b949e";
+const RACK: &str = "#d3c4a6";
 /// The colour of stations and their names.
 const STATION_COLOUR: &str = "#5a6875";
-/// Half the side of a station's square, and the size of the letters of its name, in pixels.
-const STATION: f64 = 3.0;
+/// The radius of a station's badge in metres, and the least and the greatest one in pixels.
+const BADGE: f64 = 0.4;
+const BADGE_PIXELS: [f64; 2] = [3.5, 8.0];
+/// The size of the letters of names, in pixels.
 const LETTER: f64 = 10.0;
 /// Half of the side of the square that a mark takes, in pixels.
 const MARK: f64 = 12.0;
@@ -77,49 +80,61 @@ impl Plan {
         cubics.map(|points| points.map(|point| self.pixel(point)))
     }
 
-    /// Draws walls, and the outlines of floors and racks.
+    /// Draws racks, and over them walls and the outlines of floors.
     pub fn draw_background(&self, svg: &mut Svg, graph: &RouteGraph) {
         if graph.background().is_empty() {
             return;
         }
-        let lines = graph.background().iter();
-        let lines = lines.map(|line| line.points.iter().map(|point| self.pixel(*point)));
-        svg.element("path").fill("none").stroke(WALL, 1.2).polylines(lines);
+        let kinds = graph.background_kinds();
+        for (kind, colour, width) in [(LineKind::Rack, RACK, 0.8), (LineKind::Wall, WALL, 1.6)] {
+            let lines = graph.background().iter().zip(&kinds);
+            let lines = lines.filter(|(_, of_line)| **of_line == kind);
+            let lines = lines.map(|(line, _)| line.points.iter().map(|point| self.pixel(*point)));
+            svg.element("path").fill("none").stroke(colour, width).polylines(lines);
+        }
     }
 
-    /// Draws stations as squares, each with its name as a tooltip, and round it as far as there is
+    /// Draws stations as badges, each with its name as a tooltip, and beside it as far as there is
     /// room beside the marks at some pixels. Then the names of zones in their middle have room.
     pub fn draw_stations(&self, svg: &mut Svg, graph: &RouteGraph, marks: &[DVec2]) {
         let mut taken: Vec<_> = marks.iter().map(|at| [at - MARK, at + MARK]).collect();
-        for (name, place) in stations(graph) {
-            let at = self.pixel(place);
-            if !self.contains(at) {
-                continue;
+        let badge = Badge {
+            radius: self.badge_radius(),
+            paper: "#fff",
+            ink: STATION_COLOUR,
+            is_y_up: false,
+        };
+        for station in graph.drawn_stations() {
+            let at = self.pixel(station.place);
+            if self.contains(at) {
+                badge.draw(svg, at, station.role.sign(), &station.name);
+                self.write_name(svg, &mut taken, &station.name, at);
             }
-            let square = svg.rect(at - STATION, DVec2::splat(2.0 * STATION)).fill(STATION_COLOUR);
-            square.open();
-            svg.element("title").content(name);
-            svg.close();
-            self.write_name(svg, &mut taken, name, at);
         }
         for (name, place) in graph.zone_places() {
             self.write_name(svg, &mut taken, name, self.pixel(place));
         }
     }
 
+    /// The radius of a station's badge in pixels.
+    fn badge_radius(&self) -> f64 {
+        (BADGE * self.scale).clamp(BADGE_PIXELS[0], BADGE_PIXELS[1])
+    }
+
     /// Writes a name to the right of a place, to the left, above or below it, where there is
     /// room.
     fn write_name(&self, svg: &mut Svg, taken: &mut Vec<[DVec2; 2]>, name: &str, at: DVec2) {
         let size = DVec2::new(0.6 * name.chars().count() as f64, 1.2) * LETTER;
-        let beside = 2.0 * STATION;
+        let radius = self.badge_radius();
+        let beside = radius + 3.0;
         let corners = [
             at + DVec2::new(beside, -0.65 * LETTER),
             at + DVec2::new(-beside - size.x, -0.65 * LETTER),
             at + DVec2::new(-0.5 * size.x, -beside - size.y),
             at + DVec2::new(-0.5 * size.x, beside),
             // At the border of the plan.
-            at + DVec2::new(-STATION, beside),
-            at + DVec2::new(STATION - size.x, beside),
+            at + DVec2::new(-radius, beside),
+            at + DVec2::new(radius - size.x, beside),
         ];
         let corner =
             corners.into_iter().find(|corner| self.is_free(taken, [*corner, corner + size]));
@@ -153,21 +168,6 @@ impl Plan {
             svg.close();
         }
     }
-}
-
-/// Returns the names and places of the stations, and of the nodes with a role and a name that serve
-/// none of them.
-fn stations(graph: &RouteGraph) -> impl Iterator<Item = (&str, DVec2)> {
-    let stations = graph.stations().iter();
-    let served: BTreeSet<_> = stations.clone().flat_map(|station| &station.nodes).collect();
-    let named = stations.filter_map(|station| {
-        let first = station.nodes.first().map(|node| graph.node(*node).position);
-        Some((&*station.name, station.position.or(first)?))
-    });
-    let nodes = (0..).map(NodeIndex).zip(graph.nodes());
-    let nodes = nodes.filter(move |(index, _)| !served.contains(index));
-    let nodes = nodes.filter(|(_, node)| node.role != Role::None);
-    named.chain(nodes.filter_map(|(_, node)| Some((node.name()?, node.position))))
 }
 
 /// Returns the south-western and the north-eastern corner of the rectangle round some points.

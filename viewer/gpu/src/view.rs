@@ -47,6 +47,7 @@ pub struct ViewUniform {
     pub waiting: Vec4,
     pub ring: Vec4,
     pub wall: Vec4,
+    pub rack: Vec4,
     pub density: Vec4,
     pub filtered: u32,
     pub heated: u32,
@@ -155,6 +156,7 @@ impl ViewUniform {
         self.waiting = solid(colours.waiting);
         self.ring = solid(colours.ring);
         self.wall = solid(colours.wall);
+        self.rack = solid(colours.rack);
         self.unknown = solid(colours.unknown);
         self.palette = palette(&legend.scale, scene.theme);
         self.source = match scene.colouring {

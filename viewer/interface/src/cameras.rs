@@ -152,20 +152,20 @@ pub(super) fn show(context: &PanelContext<'_>, bookmarks: &[Bookmark], ui: &mut 
         });
     }
     ui.horizontal_wrapped(|ui| {
-        let text = "Copies a line for `cameras` of the scenario";
+        let text = "Copy a line for `cameras` of the scenario";
         if ui.button("Copy this camera").on_hover_text(text).clicked() {
             ui.ctx().copy_text(CameraOption::entry(&context.camera));
             context
-                .notify("the camera is in the clipboard, as a line for `cameras` of the scenario");
+                .notify("the camera is on the clipboard, as a line for `cameras` of the scenario");
         }
         if ui
             .button("Plan as SVG")
-            .on_hover_text("Writes a plan with its scale into the current folder")
+            .on_hover_text("Write a plan with its scale into the current folder")
             .clicked()
         {
             context.act(Action::WriteSvg);
         }
-        let text = "Writes a picture of the window into the current folder (Ctrl+S)";
+        let text = "Write a picture of the window into the current folder (Ctrl+S)";
         if ui.button("Picture").on_hover_text(text).clicked() {
             context.act(Action::WritePicture);
         }

@@ -63,7 +63,7 @@ fn udp_source(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut Ui) {
         if ui.button("Stop receiving").clicked() {
             context.act(Action::StopUdpSource);
         }
-    } else if ui.button("Receive").on_hover_text("Starts `regatta plugin udp-source`").clicked() {
+    } else if ui.button("Receive").on_hover_text("Start `regatta plugin udp-source`").clicked() {
         let echo_to = udp.echo.then(|| udp.echo_to.trim().to_owned());
         context.act(Action::StartUdpSource {
             listen: udp.listen.trim().to_owned(),
@@ -80,7 +80,7 @@ fn udp_sender(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut Ui) {
         if ui.button("Stop sending").clicked() {
             context.act(Action::StopUdpSender);
         }
-    } else if ui.button("Send").on_hover_text("Starts `regatta plugin udp`").clicked() {
+    } else if ui.button("Send").on_hover_text("Start `regatta plugin udp`").clicked() {
         context.act(Action::StartUdpSender { to: udp.send_to.trim().to_owned() });
     }
 }

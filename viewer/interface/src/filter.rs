@@ -1,11 +1,10 @@
-//! The filter of the fleet panel: choices of state, type, order and zone, and how many robots
+//! The filter of the fleet panel: choices of activity, type, order and zone, and how many robots
 //! match.
 
 use std::collections::BTreeSet;
 
 use egui::{Button, ComboBox, Role, TextEdit, Ui, WidgetInfo};
-use regatta_plugin::frame::RobotState;
-use regatta_scene::palette::STATES;
+use regatta_plugin::activity::Activity;
 
 use super::context::{PanelContext, Request};
 use super::style;
@@ -24,7 +23,7 @@ impl FilterChoices {
     pub fn show(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
         let mut filter = context.filter.clone();
         ui.horizontal_wrapped(|ui| {
-            state(ui, &mut filter);
+            activity(ui, &mut filter);
             robot_type(ui, &mut filter, context.model);
             zone(ui, &mut filter, context.model);
             self.order(&mut filter.order, ui);
@@ -101,13 +100,13 @@ pub(super) fn is_matching(context: &PanelContext<'_>, robot: u32) -> bool {
 /// The choice of robots of any activity.
 const ANY: &str = "any activity";
 
-fn state(ui: &mut Ui, filter: &mut Filter) {
-    let name = filter.state.map_or(ANY, RobotState::name);
+fn activity(ui: &mut Ui, filter: &mut Filter) {
+    let name = filter.activity.map_or(ANY, Activity::name);
     let combo = ComboBox::from_id_salt("filter activity").selected_text(name).width(84.0);
     style::choice(ui, "filter: activity", combo, |ui| {
-        ui.selectable_value(&mut filter.state, None, ANY);
-        for state in STATES {
-            ui.selectable_value(&mut filter.state, Some(state), state.name());
+        ui.selectable_value(&mut filter.activity, None, ANY);
+        for activity in Activity::ALL {
+            ui.selectable_value(&mut filter.activity, Some(activity), activity.name());
         }
     });
 }

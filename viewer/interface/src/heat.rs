@@ -115,7 +115,7 @@ pub(super) fn layer(context: &PanelContext<'_>, settings: &mut Settings, ui: &mu
 fn no_traffic(context: &PanelContext<'_>, ui: &mut Ui) {
     let text = format!("regatta plugin traffic --fleet {}", context.model.fleet);
     ui.label(RichText::new(text).monospace().size(11.0).color(context.colours.accent))
-        .on_hover_text("Nobody publishes the figures of edges; this does.");
+        .on_hover_text("No process publishes figures of edges: this command starts one");
 }
 
 /// Switches the heat map to its next figure.

@@ -7,7 +7,7 @@ use super::keys::{self, HelpGroup};
 use super::style::{self, ThemeColours};
 
 /// The width of a column, in points.
-const COLUMN: f32 = 400.0;
+const COLUMN: f32 = 320.0;
 /// The height of the bars above and below, which stay in sight, in points: twice the larger one.
 const BARS: f32 = 152.0;
 /// The rows that the heading of a group takes.

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use regatta_scene::camera::{Bounds, Camera};
 
 use super::context::{PanelContext, Request};
+use super::legend::LegendRoom;
 use super::placement::Placement;
 use super::state::Interface;
 use super::style;
@@ -145,7 +146,8 @@ impl Interface {
             return PictureArea { picture, visible: whole, whole };
         }
         // The legend lies beside the levels, where there is room.
-        let beside = whole.with_min_x(whole.left() + self.legend_room(whole.width()));
+        let LegendRoom { left, below } = self.legend_room(whole.width());
+        let beside = whole.with_min_x(whole.left() + left).with_max_y(whole.bottom() - below);
         let parts =
             divide(&self.levels.names, beside, bounds.high - bounds.low, ui.pixels_per_point());
         let wanted = self.pressed_part(ui, &parts).or_else(|| self.level().map(str::to_owned));

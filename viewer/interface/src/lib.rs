@@ -20,11 +20,13 @@ pub mod footprint;
 pub mod heat;
 mod help;
 mod history;
-mod hottest;
+pub mod hottest;
 mod icons;
 pub mod jams;
+mod keyed;
 mod keys;
 pub mod labels;
+pub mod legend;
 pub mod levels;
 pub mod log;
 mod log_panel;
@@ -70,6 +72,7 @@ use regatta_scene::camera::Window;
 
 use context::PanelContext;
 pub use context::Selection;
+use legend::LegendRoom;
 use levels::PictureArea;
 use settings::{LeftPanel, RightPanel};
 pub use state::Interface;
@@ -295,9 +298,13 @@ impl Interface {
         }
         let size = glam::Vec2::new(picture.width(), picture.height());
         // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
-        let legend = if self.parts().is_empty() { self.legend_room(visible.width()) } else { 0.0 };
-        let [low, high] = [visible.min + egui::vec2(legend, 0.0), visible.max]
-            .map(|at| glam::Vec2::new(at.x - picture.left(), at.y - picture.top()) / size);
+        let LegendRoom { left, below } = match self.parts().is_empty() {
+            true => self.legend_room(visible.width()),
+            false => LegendRoom::default(),
+        };
+        let [low, high] =
+            [visible.min + egui::vec2(left, 0.0), visible.max - egui::vec2(0.0, below)]
+                .map(|at| glam::Vec2::new(at.x - picture.left(), at.y - picture.top()) / size);
         Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 

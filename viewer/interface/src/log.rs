@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
+use crate::text::thousands;
+
 /// The maximum number of kept entries, about 2 MB. The oldest are dropped.
 pub const MAX_ENTRIES: usize = 10_000;
 /// The largest number of kept alarms. Further alarms replace those that are over, or become only
@@ -335,7 +337,11 @@ fn without_numbers(text: &str) -> impl Iterator<Item = char> {
 /// Returns the entry of a mark of a recording.
 pub fn of_mark(mark: &RecordingMark) -> Option<Entry> {
     let (robot, count) = (mark.robot, mark.count);
-    let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
+    let more = if count > 1 {
+        format!(" and {} more", thousands(u64::from(count) - 1))
+    } else {
+        String::new()
+    };
     let (kind, severity, text) = match mark.kind()? {
         MarkKind::Contact => {
             (Kind::Contact, Severity::Alarm, format!("robot {robot} touches another{more}"))

@@ -203,7 +203,7 @@ fn robot_entries(
             is_possible: false,
             ..command(
                 "Hold",
-                "It stands already: repair the robot before it is held",
+                "The robot stands already: repair it before you hold it",
                 UserCommand::Hold,
             )
         },
@@ -222,7 +222,7 @@ fn robot_entries(
     let cancel = match is_managed {
         true => command(
             "Recall",
-            "Take back what the robot was sent for: the fleet manager goes on with it",
+            "End what the robot was sent for: the fleet manager gives it orders again",
             UserCommand::Recall,
         ),
         false => {

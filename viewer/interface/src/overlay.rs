@@ -1,19 +1,17 @@
-//! Elements that float over the picture: the legend, the camera's position, messages, and the note
-//! that no engine runs yet.
+//! Elements that float over the picture: the camera's position, messages, and the note that no
+//! engine runs yet; and the order in which they and the others take their places.
 
-use egui::{Align2, Area, Id, LayerId, Order, Rect, RichText, Sense, Ui, UiBuilder, vec2};
-use glam::Vec2;
-use regatta_scene::camera::Window as PictureWindow;
-use regatta_scene::palette::{Legend, Scale, Theme};
+use egui::{Align2, Area, Id, LayerId, Order, Rect, RichText, Ui, UiBuilder, vec2};
+use regatta_scene::palette::Theme;
 
 use super::context::PanelContext;
 use super::heat::HeatLegend;
-use super::hottest;
+use super::hottest::Hottest;
 use super::labels::{LabelView, Labels};
+use super::legend::{LegendRoom, LegendView, NARROW};
 use super::levels::PictureArea;
-use super::placement::{MARGIN, Placement};
+use super::placement::Placement;
 use super::plan::PlanScale;
-use super::ramp;
 use super::robot_spots::{self, Spot};
 use super::state::Interface;
 use super::style;
@@ -22,18 +20,6 @@ use super::transport::clock_text;
 use super::view_cube;
 use super::view_model::{EngineState, ViewModel};
 
-/// The name of the legend among the elements over a picture.
-pub const LEGEND: &str = "legend";
-/// The greatest width that a legend takes, in points, with its margins.
-pub const LEGEND_ROOM: f32 = 210.0;
-/// The least width beside a legend in points. In a narrower picture there is none.
-const LEAST_BESIDE_LEGEND: f32 = 240.0;
-/// The step of the width of a legend in points, so that nothing moves with each of its figures.
-const LEGEND_STEP: f32 = 30.0;
-/// The greatest width of a legend's contents, in points.
-const LEGEND_TEXT: f32 = 168.0;
-/// The least width of a picture that has room to spare for a legend, in points.
-const WITH_LEGEND: f32 = 500.0;
 /// The greatest width of messages, in points.
 const WIDEST_MESSAGE: f32 = 620.0;
 /// Seconds for which a message is shown.
@@ -101,18 +87,17 @@ impl Interface {
             }
             self.messages.show(context, ctx, &mut placement);
             let spots = self.robot_spots(context, area);
-            self.robot_ids(context, ctx, area, &spots);
             if let Some(measuring) = &self.measuring {
                 measuring.draw(context, ctx, area);
             }
             self.spots.draw_mark(context, ctx, area);
             self.elements(context, ctx, area, &mut placement);
+            self.robot_ids(context, ctx, area, (&spots, &placement));
+            if let Some(hottest) = self.hottest(context) {
+                hottest.draw(ctx, area, &mut placement);
+            }
             if self.settings.ids {
                 self.ids(context, ctx, area, (&spots, &placement));
-            }
-            if self.settings.heat {
-                let taken: Vec<Rect> = placement.taken().iter().map(|(_, place)| *place).collect();
-                hottest::draw(context, ctx, area, &taken);
             }
         }
         self.last.placement = placement;
@@ -132,9 +117,10 @@ impl Interface {
             lines(context, ctx, placement, "measurement", &measuring.text(context));
         }
         let symbols = self.symbols(context.model);
-        self.last.legend = legend_width(ctx, placement, theme, context.model.legend, &symbols);
-        if self.legend_room(area.whole.width()) > 0.0 {
-            legend(ctx, placement, theme, context.model.legend, &symbols, None);
+        let legend = LegendView { theme, legend: context.model.legend, symbols, title: &[] };
+        self.last.legend = legend.room(ctx, placement);
+        if self.legend_room(area.whole.width()) != LegendRoom::default() {
+            legend.show_in_window(ctx, placement);
         }
         let scale = camera.is_plan().then(|| PlanScale::place(placement, picture, visible, camera));
         view_cube::show(context, ctx, placement);
@@ -145,13 +131,6 @@ impl Interface {
         if let Some(scale) = scale {
             scale.draw(ctx, placement, picture, visible, camera, theme);
         }
-    }
-
-    /// The width in points that a picture leaves to its legend, with its margins; 0 if the picture
-    /// is too narrow for one.
-    pub(super) fn legend_room(&self, width: f32) -> f32 {
-        let legend = self.last.legend;
-        if width - legend >= LEAST_BESIDE_LEGEND { legend } else { 0.0 }
     }
 
     /// The layers that the legend explains.
@@ -167,6 +146,20 @@ impl Interface {
             density: model.density,
             closed: if self.settings.edges { model.closed.len() as u32 } else { 0 },
         }
+    }
+
+    /// The hottest places of the heat map, if one is shown.
+    fn hottest<'a>(&self, context: &'a PanelContext<'_>) -> Option<Hottest<'a>> {
+        let facts = context.model.jams.heat.filter(|_| self.settings.heat)?;
+        Some(Hottest {
+            places: &context.model.jams.hottest,
+            figure: facts.heat.figure,
+            world: &context.model.world,
+            level: context.level(),
+            offset: context.offset,
+            camera: &context.camera,
+            theme: context.theme,
+        })
     }
 
     /// Finds the robots in the picture, if ids are shown.
@@ -198,13 +191,13 @@ impl Interface {
         context: &PanelContext<'_>,
         ctx: &egui::Context,
         area: PictureArea,
-        spots: &[Spot],
+        (spots, placement): (&[Spot], &Placement),
     ) {
         let PictureArea { picture, visible, .. } = area;
         let (model, camera, offset) = (context.model, &context.camera, context.offset);
         let theme = context.theme;
         if self.settings.robot_ids {
-            robot_spots::draw(ctx, visible, picture, theme, spots);
+            robot_spots::draw(ctx, visible, picture, theme, spots, placement);
         }
         if self.settings.ids {
             let selected = context.selection.robots().into_iter();
@@ -238,7 +231,7 @@ fn coordinates(
         Some(at) => format!("x {:.2} m  y {:.2} m", at.x, at.y),
         None => "x –  y –".to_owned(),
     }];
-    if !camera.is_plan() && area.whole.width() > 520.0 {
+    if !camera.is_plan() && area.whole.width() >= NARROW {
         let [yaw, pitch] = [camera.yaw, camera.pitch].map(f32::to_degrees);
         figures.push(format!(
             "camera  {:.1}  {:.1}  {:.1} m   {yaw:.0}°  {pitch:.0}°",
@@ -339,7 +332,7 @@ pub(super) fn float(
 }
 
 /// Returns the size of an element that would have this room.
-fn measure(
+pub(super) fn measure(
     ctx: &egui::Context,
     room: Rect,
     theme: Theme,
@@ -349,85 +342,4 @@ fn measure(
     let unseen = UiBuilder::new().layer_id(LayerId::background()).max_rect(room).invisible();
     let mut ui = Ui::new(ctx.clone(), Id::unique(("size", name)), unseen);
     style::floating(theme).show(&mut ui, show).response.rect.size()
-}
-
-/// Returns the width of a legend with its margins, whether there is room for it or not.
-fn legend_width(
-    ctx: &egui::Context,
-    placement: &Placement,
-    theme: Theme,
-    legend: &Legend,
-    symbols: &Symbols,
-) -> f32 {
-    let room = placement.room();
-    let room = room.with_max_x(room.left() + LEGEND_ROOM);
-    let width = measure(ctx, room, theme, "legend's width", |ui| {
-        legend_contents(ui, theme, legend, symbols, &[]);
-    });
-    let with_margins = width.x + 2.0 * MARGIN;
-    ((with_margins / LEGEND_STEP).ceil() * LEGEND_STEP).min(LEGEND_ROOM)
-}
-
-/// Returns the part of a picture, from 0 to 1, in which everything is to fit so that nothing of it
-/// lies under the legend. `size` is that of the picture in points. A small picture has no room to
-/// spare.
-pub fn beside_legend(size: Vec2) -> PictureWindow {
-    let whole = PictureWindow::whole(size.x / size.y);
-    match has_room_for_legend(size.x) {
-        true => PictureWindow { low: Vec2::new(LEGEND_ROOM / size.x, 0.0), ..whole },
-        false => whole,
-    }
-}
-
-/// Whether a picture is wide enough to spare the room for a legend. `width` is in points.
-pub fn has_room_for_legend(width: f32) -> bool {
-    width >= WITH_LEGEND
-}
-
-/// Shows the legend: the robots' colours, and the symbols of layers. Pictures have the fleet, the
-/// time and the number of robots above it. Returns whether there is room for it.
-pub fn legend(
-    ctx: &egui::Context,
-    placement: &mut Placement,
-    theme: Theme,
-    legend: &Legend,
-    symbols: &Symbols,
-    title: Option<&[String]>,
-) -> bool {
-    let title = title.unwrap_or_default();
-    float(ctx, placement, theme, LEGEND, Align2::LEFT_BOTTOM, |ui| {
-        legend_contents(ui, theme, legend, symbols, title);
-    })
-}
-
-fn legend_contents(
-    ui: &mut Ui,
-    theme: Theme,
-    legend: &Legend,
-    symbols: &Symbols,
-    title: &[String],
-) {
-    let colours = style::colours(theme);
-    ui.set_max_width(LEGEND_TEXT);
-    ui.spacing_mut().item_spacing.y = 4.0;
-    for line in title {
-        ui.label(RichText::new(style::unbroken(line)).size(11.0).color(colours.faint));
-    }
-    ui.label(RichText::new(&legend.title).strong());
-    match &legend.scale {
-        Scale::Categories(names) => {
-            for (name, colour) in names {
-                ui.horizontal(|ui| {
-                    let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-                    ui.painter().rect_filled(dot, 3.0, style::color32(*colour));
-                    ui.add(egui::Label::new(style::faint(ui, name)).truncate());
-                });
-            }
-        }
-        Scale::Ramp { low, high, unit } => {
-            ui.label(style::faint(ui, *unit));
-            ramp::show(ui, theme, &legend.scale.colours(theme), &ramp::numbers(*low, *high));
-        }
-    }
-    symbols.show(ui, theme);
 }

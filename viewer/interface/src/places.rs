@@ -87,7 +87,7 @@ pub(super) fn list_robots(
     }
     let rest = present.robots as usize - present.listed.len().min(present.robots as usize);
     if rest > 0 {
-        ui.label(style::faint(ui, format!("and {rest} more")));
+        ui.label(style::faint(ui, format!("and {} more", thousands(rest as u64))));
     }
     if let Some(id) = clicked {
         context.ask(Request::Select(Some(Item::Robot(id))));

@@ -6,7 +6,7 @@ use regatta_base::round;
 use regatta_scene::camera::Camera;
 use regatta_scene::palette::Theme;
 
-use super::overlay::LEGEND;
+use super::legend::LEGEND;
 use super::placement::Placement;
 use super::style::{self, ThemeColours};
 

@@ -3,7 +3,7 @@
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, Label, Ui, Vec2, pos2, vec2};
-use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
+use egui_plot::{GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::activity::Activity;
 use regatta_plugin::history::FleetSample as Sample;
 
@@ -15,6 +15,8 @@ use crate::text::thousands;
 
 /// The least distance between two marks of the axis of time, in points.
 const TIME_POINTS: f32 = 85.0;
+/// The least distance of two numbers of an upright axis, in points.
+const NUMBER_POINTS: f32 = 24.0;
 /// Distances between marks of the axis of time, in seconds.
 const STEPS: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
@@ -225,6 +227,7 @@ fn values(
 /// Returns the axes of a plot.
 fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> {
     let room = ui.available_width() - 40.0;
+    let height = ui.available_height();
     Plot::new(figure.title)
         .include_x(times.ends[0])
         .include_x(times.ends[1])
@@ -233,7 +236,7 @@ fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> 
         .show_axes([detail >= Detail::Full, true])
         .min_size(LEAST_PLOT)
         .y_axis_min_width(34.0)
-        .y_grid_spacer(marks)
+        .y_grid_spacer(move |input| marks(input.bounds, height))
         .x_grid_spacer(move |input| time_marks(input.bounds, room))
         .y_axis_formatter(|mark, _| number(mark.value))
         .x_axis_formatter(|mark, _| clock(mark.value))
@@ -246,11 +249,14 @@ fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> 
         .show_y(false)
 }
 
-/// Returns the marks of a plot's upright axis, at round values: two or three, so that the lowest
-/// plot has room for their numbers.
-fn marks(input: GridInput) -> Vec<GridMark> {
-    let (low, high) = input.bounds;
-    let step_size = f64::from(round_step((high - low) as f32));
+/// Returns the marks of an upright axis of some points, at round values: two or three, for whose
+/// numbers there is room.
+fn marks((low, high): (f64, f64), points: f32) -> Vec<GridMark> {
+    let mut step_size = f64::from(round_step((high - low) as f32));
+    let least = (high - low) * f64::from(NUMBER_POINTS / points.max(NUMBER_POINTS));
+    while step_size < least && 2.0 * step_size <= high - low {
+        step_size *= 2.0;
+    }
     let range = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
     range.map(|i| GridMark { value: i as f64 * step_size, step_size }).collect()
 }
@@ -292,12 +298,23 @@ mod tests {
     #[test]
     fn an_axis_has_two_or_three_marks() {
         for high in [1.0, 1.04, 1.9, 2.0, 4.9, 5.0, 7.0, 9.99, 10.0, 123.0, 377_881.0] {
-            let values = marks(GridInput { bounds: (0.0, high), base_step_size: high / 70.0 });
+            let values = marks((0.0, high), 100.0);
             assert!((2..=3).contains(&values.len()), "{high}: {values:?}");
             assert!(
                 values.iter().all(|mark| (0.0..=high).contains(&mark.value)),
                 "{high}: {values:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_low_axis_has_no_more_marks_than_numbers_with_room() {
+        let values = |high, points| {
+            marks((0.0, high), points).into_iter().map(|mark| mark.value).collect::<Vec<_>>()
+        };
+        assert_eq!(values(400.0, 100.0), [0.0, 200.0, 400.0]);
+        assert_eq!(values(400.0, 38.0), [0.0, 400.0]);
+        assert_eq!(values(260.0, 38.0), [0.0, 200.0]);
+        assert_eq!(values(1.0, 10.0), [0.0, 1.0]);
     }
 }

@@ -4,6 +4,7 @@ use egui::{Align2, FontId, Rect, Sense, Ui, pos2, vec2};
 use regatta_scene::palette::{Rgb, Theme};
 
 use super::style::{self, color32};
+use crate::text::thousands;
 
 /// The width of a ramp in points.
 const WIDTH: f32 = 168.0;
@@ -47,9 +48,13 @@ pub fn numbers(low: f32, high: f32) -> Vec<(f32, String)> {
     [0.0, 0.5, 1.0].map(|place| (place, short(low + (high - low) * place))).to_vec()
 }
 
-/// Formats a number with about three digits.
+/// Formats a number with about three digits, with commas between thousands.
 pub fn short(value: f32) -> String {
     let text = match value.abs() {
+        large if large >= 999.5 => {
+            let sign = if value < 0.0 { "-" } else { "" };
+            return format!("{sign}{}", thousands(large.round() as u64));
+        }
         large if large >= 99.95 => format!("{value:.0}"),
         middling if middling >= 9.995 => format!("{value:.1}"),
         _ => format!("{value:.2}"),
@@ -68,8 +73,8 @@ mod tests {
     #[test]
     fn numbers_are_short_and_under_their_places() {
         assert_eq!(
-            [0.0, 0.05, 12.5, 99.96, 1200.0, -0.4].map(short),
-            ["0", "0.05", "12.5", "100", "1200", "-0.4"]
+            [0.0, 0.05, 12.5, 99.96, 999.6, 1200.0, -5_000_000.0, -0.4].map(short),
+            ["0", "0.05", "12.5", "100", "1,000", "1,200", "-5,000,000", "-0.4"]
         );
         let wanted =
             [(0.0, "100"), (0.5, "50"), (1.0, "0")].map(|(place, text)| (place, text.to_owned()));

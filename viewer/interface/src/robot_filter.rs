@@ -1,10 +1,12 @@
-//! The filter of robots: by state, type, order and zone. Robots that don't match are dimmed in the
+//! The filter of robots: by activity, type, order and zone. Robots that don't match are dimmed in the
 //! picture, and those of other levels than the filter's are hidden. A thread other than the drawing
 //! one computes the matches.
 
 use std::sync::Arc;
 
 use regatta_plugin::World;
+use regatta_plugin::activity::Activity;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::{Frame, RobotState};
 
 use crate::orders::OpenOrders;
@@ -12,8 +14,8 @@ use crate::orders::OpenOrders;
 /// Conditions that robots match; all of them must hold.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Filter {
-    /// The state.
-    pub state: Option<RobotState>,
+    /// The activity.
+    pub activity: Option<Activity>,
     /// The type, by its index in the world.
     pub robot_type: Option<u32>,
     /// The order.
@@ -22,6 +24,28 @@ pub struct Filter {
     pub zone: Option<String>,
     /// The level of the edge that the robot is on.
     pub level: Option<String>,
+}
+
+/// The columns beside the frame that a filter reads, each with a value per robot.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FilterColumns<'a> {
+    /// Each robot's index into the robot types. A robot without one has the first type.
+    pub types: Option<&'a [f32]>,
+    /// The activities that a fleet manager publishes; empty if there are none.
+    pub activities: &'a [f32],
+}
+
+impl FilterColumns<'_> {
+    fn type_of(self, row: usize) -> u32 {
+        self.types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32)
+    }
+}
+
+/// Returns the activity of a robot by its state and by the values of the column `activity`, which
+/// may be none. Returns `None` if the robot is absent.
+pub fn activity_of(state: RobotState, activities: &[f32], robot: u32) -> Option<Activity> {
+    let published = activities.get(robot as usize).and_then(|value| ACTIVITY.element(*value));
+    Activity::of(state, published)
 }
 
 /// A condition on a robot's order.
@@ -116,13 +140,12 @@ impl Filter {
         self.of_level(other.level.as_deref()) == *other
     }
 
-    /// Computes which robots of a frame match. `types` holds each robot's index into the robot
-    /// types; a robot without one has the first type.
+    /// Computes which robots of a frame match.
     pub fn matches(
         &self,
         frame: &Frame<'_>,
         world: &World<'_>,
-        types: Option<&[f32]>,
+        columns: FilterColumns<'_>,
         orders: &OpenOrders,
     ) -> Matches {
         let in_zone: Option<Vec<bool>> = self
@@ -132,17 +155,15 @@ impl Filter {
         let on_level: Option<Vec<bool>> = self.level.as_ref().map(|level| {
             world.edges().iter().map(|edge| world.text(edge.level) == level).collect()
         });
-        let type_of =
-            |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
         let (mut matching, mut of_level) = (RobotSet::new(frame.len()), RobotSet::new(frame.len()));
         let mut counts = MatchCounts::default();
         for row in 0..frame.len() {
             let (state, edge) = (frame.state_of(row), frame.edge()[row]);
-            if state == RobotState::Absent {
+            let Some(activity) = activity_of(state, columns.activities, row as u32) else {
                 continue;
-            }
-            let matches = self.state.is_none_or(|wanted| wanted == state)
-                && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
+            };
+            let matches = self.activity.is_none_or(|wanted| wanted == activity)
+                && self.robot_type.is_none_or(|wanted| wanted == columns.type_of(row))
                 && has_edge(in_zone.as_deref(), edge)
                 && self.order.holds(row as u32, orders);
             let is_on_level = has_edge(on_level.as_deref(), edge);
@@ -223,8 +244,11 @@ mod tests {
         let mut orders = OpenOrders::default();
         orders.take(1, &[OrderRecord::new(7, OrderKind::Assigned).of_robot(36)]);
         let types: Vec<f32> = (0..40).map(|row| (row % 2) as f32).collect();
-        let found =
-            |filter: Filter| filter.matches(&frame, &world.view(1, 1), Some(&types), &orders);
+        let mut activities = vec![f32::NAN; 40];
+        activities[32] = f32::from(Activity::Carrying as u8);
+        activities[33] = f32::from(Activity::Carrying as u8);
+        let columns = FilterColumns { types: Some(&types), activities: &activities };
+        let found = |filter: Filter| filter.matches(&frame, &world.view(1, 1), columns, &orders);
         let ids_in = |robots: &RobotSet| -> Vec<usize> {
             (0..40).filter(|row| robots.contains(*row as u32)).collect()
         };
@@ -240,7 +264,10 @@ mod tests {
         assert!(all.is_empty());
         let counts = MatchCounts { matching: 39, on_level: 39, all: 39 };
         assert_eq!(found(all.clone()), Matches { counts, ..Matches::default() });
-        assert_eq!(ids(Filter { state: Some(RobotState::Held), ..all.clone() }), [33]);
+        let doing = |activity| Filter { activity: Some(activity), ..all.clone() };
+        assert_eq!(ids(doing(Activity::Held)), [33], "it can't move, whatever it was told to do");
+        assert_eq!(ids(doing(Activity::Carrying)), [32], "the word of the list, not the state");
+        assert_eq!(ids(doing(Activity::Driving)).len(), 37);
         assert_eq!(ids(Filter { order: OrderFilter::Some, ..all.clone() }), [36]);
         assert!(ids(Filter { order: OrderFilter::Number(8), ..all.clone() }).is_empty());
         assert_eq!(ids(Filter { order: OrderFilter::None, ..all.clone() }).len(), 38);
@@ -250,7 +277,7 @@ mod tests {
         assert_eq!(upstairs.matching, None);
         assert_eq!(upstairs.counts, MatchCounts { matching: 39, on_level: 13, all: 39 });
         let held_elsewhere =
-            found(Filter { state: Some(RobotState::Held), ..all.of_level(Some("upstairs")) });
+            found(Filter { activity: Some(Activity::Held), ..all.of_level(Some("upstairs")) });
         assert_eq!(
             held_elsewhere.matching.as_ref().map(ids_in),
             Some(vec![33]),

@@ -14,6 +14,7 @@ use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::palette::Theme;
 
 use super::labels::{ground_in_sight, reach};
+use super::placement::Placement;
 use super::style;
 
 /// The maximum number of robots that are found.
@@ -91,8 +92,16 @@ fn near_bounds(camera: &Camera, size: Vec2, radius: f32) -> Option<Bounds> {
 }
 
 /// Draws the ids of robots over them, in a look that ids of nodes and edges don't have. Where they
-/// are dense, some are left out.
-pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &[Spot]) {
+/// are dense, some are left out, and so are those that would lie under an element over the picture or
+/// beyond its end.
+pub fn draw(
+    context: &Context,
+    clip: Rect,
+    picture: Rect,
+    theme: Theme,
+    spots: &[Spot],
+    placement: &Placement,
+) {
     let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
     let colours = style::colours(theme);
     let mut taken = BTreeSet::new();
@@ -102,7 +111,8 @@ pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &
         let at = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
         let place =
             Align2::CENTER_CENTER.anchor_size(at, text.size()).expand2(egui::vec2(4.0, 1.0));
-        if cells(place).any(|cell| taken.contains(&cell)) {
+        let has_room = clip.contains_rect(place) && placement.is_clear(place);
+        if !has_room || cells(place).any(|cell| taken.contains(&cell)) {
             continue;
         }
         taken.extend(cells(place));

@@ -2,8 +2,9 @@
 //! the drawing one.
 
 use regatta_plugin::activity::Activity;
-use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::{Columns, RobotState};
+
+use crate::robot_filter::activity_of;
 
 /// The sort key of the fleet list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,8 +82,7 @@ fn sort_by_values(ids: &mut [u32], values: &[f32]) {
 /// The word of a robot's activity; `None` if it is absent.
 fn word(columns: Columns<'_>, activities: &[f32], id: u32) -> Option<&'static str> {
     let state = RobotState::from_number(columns.state[id as usize]);
-    let published = activities.get(id as usize).and_then(|value| ACTIVITY.element(*value));
-    Activity::of(state, published).map(Activity::name)
+    activity_of(state, activities, id).map(Activity::name)
 }
 
 fn passes(filter: &str, id: u32, word: Option<&str>) -> bool {

@@ -69,7 +69,7 @@ impl SelectionPanel {
         robot_buttons(context, ui, id);
         menu::command_buttons(context, ui, Item::Robot(id));
         if context.model.is_past() {
-            ui.label(style::faint(ui, "Only poses and states are kept of the past."));
+            ui.label(style::faint(ui, "Of the past, only poses, states and activities are kept."));
         } else {
             work::show(context, ui);
         }
@@ -277,7 +277,7 @@ fn route(context: &PanelContext<'_>, ui: &mut Ui) {
     let Some(route) = context.model.route else { return };
     heading(ui, "route");
     if route == Remaining::default() {
-        ui.label(style::faint(ui, "nothing left to drive"));
+        ui.label(style::faint(ui, "no route"));
         return;
     }
     for (name, part) in [("released", route.released), ("planned", route.planned)] {

@@ -19,13 +19,14 @@ use super::context::{PanelContext, Request, Selection};
 use super::edge_hover::EdgeHover;
 use super::fleet_list::FleetPanel;
 use super::help::Help;
+use super::legend::{LEGEND_ROOM, LegendRoom};
 use super::levels::Levels;
 use super::log::FleetLog;
 use super::log_panel::LogPanel;
 use super::measure::{End, Measuring};
 use super::menu::Menu;
 use super::minimap::Minimap;
-use super::overlay::{LEGEND_ROOM, Messages};
+use super::overlay::Messages;
 use super::placement::Placement;
 use super::plots::PlotsPanel;
 use super::pointer_input::PointerInput;
@@ -94,8 +95,8 @@ pub(super) struct LastPicture {
     pub window: Window,
     /// The elements over the picture.
     pub placement: Placement,
-    /// The width of the legend with its margins, in points, also where there is no room for it.
-    pub legend: f32,
+    /// The room of the legend, also where there is none for it.
+    pub legend: LegendRoom,
     /// Whether the selected item is to be in sight.
     pub reveals: bool,
 }
@@ -136,7 +137,7 @@ impl Interface {
                 typing: false,
                 window: Window::whole(16.0 / 9.0),
                 placement: Placement::new(Rect::ZERO),
-                legend: LEGEND_ROOM,
+                legend: LegendRoom { left: LEGEND_ROOM, below: 0.0 },
                 reveals: false,
             },
             late_input: None,

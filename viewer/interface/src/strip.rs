@@ -135,11 +135,11 @@ mod tests {
         assert_eq!(
             texts,
             [
-                "orders an hour 7\u{a0}654",
+                "orders an hour 7,654",
                 "service p50 8.0 s",
                 "p99 11 min",
                 "waiting 13 %",
-                "busy 340 of 1\u{a0}400 robots",
+                "busy 340 of 1,400 robots",
                 "open 1 order"
             ]
         );

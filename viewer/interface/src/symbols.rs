@@ -1,13 +1,13 @@
 //! The part of the legend that explains the layers of plans: lines, pins and arrows.
 
-use egui::{Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
+use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 use regatta_scene::Layers;
 use regatta_scene::palette::{CLOSED, Theme};
 use regatta_scene::plans::{PlanFacts, Waiting};
 
 use super::heat::HeatLegend;
-use super::ramp;
 use super::style::{self, color32};
+use super::{keyed, ramp};
 use crate::text::{thousands, with_plural};
 
 /// The width and the height of a symbol, in points.
@@ -99,11 +99,8 @@ impl Symbols {
             ui.label(style::faint(ui, "of matching robots:"));
         }
         for (symbol, text) in self.list() {
-            ui.horizontal(|ui| {
-                let (place, _) = ui.allocate_exact_size(SIZE, Sense::hover());
-                draw(ui.painter(), symbol, place, theme);
-                ui.add(egui::Label::new(style::faint(ui, text)).truncate());
-            });
+            let place = keyed::show(ui, SIZE, &text);
+            draw(ui.painter(), symbol, place, theme);
         }
         for gap in self.gaps() {
             ui.label(egui::RichText::new(style::unbroken(&gap)).size(11.0).color(colours.warn));

@@ -1,20 +1,9 @@
 //! Numbers in texts for the user.
 
+pub use regatta_base::thousands;
+
 /// A space at which no line ends. The thin one, U+202F, doesn't keep egui from it.
 pub const NO_BREAK_SPACE: char = '\u{a0}';
-
-/// Formats a number with a space between groups of three digits, at which no line ends.
-pub fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(NO_BREAK_SPACE);
-        }
-        text.push(digit);
-    }
-    text
-}
 
 /// Formats a number of things. The noun takes an s unless there is exactly one.
 pub fn with_plural(number: u64, noun: &str) -> String {
@@ -28,6 +17,6 @@ mod tests {
     #[test]
     fn only_one_thing_is_in_the_singular() {
         let text = [0, 1, 2, 1000].map(|number| with_plural(number, "mark"));
-        assert_eq!(text, ["0 marks", "1 mark", "2 marks", "1\u{a0}000 marks"]);
+        assert_eq!(text, ["0 marks", "1 mark", "2 marks", "1,000 marks"]);
     }
 }

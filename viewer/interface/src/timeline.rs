@@ -14,7 +14,7 @@ use super::notes::Notes;
 use super::style::{self, ThemeColours};
 use super::transport::clock_text;
 use super::view_model::{Action, Live, Timeline};
-use crate::text::with_plural;
+use crate::text::{thousands, with_plural};
 
 /// The height of the timeline, in points.
 pub const HEIGHT: f32 = 72.0;
@@ -195,7 +195,10 @@ impl TimelinePanel {
         );
         rest(ui, style::faint(ui, text));
         if live.is_past {
-            rest(ui, style::faint(ui, "Columns, contacts and routes of the past are not kept."));
+            rest(
+                ui,
+                style::faint(ui, "Contacts, routes and other columns than activities aren't kept."),
+            );
         }
     }
 
@@ -388,7 +391,7 @@ pub(super) fn describe(timeline: &Timeline<'_>, rect: Rect, time: u64) -> String
         let marks = timeline.marks.iter().filter(|mark| mark.kind() == Some(kind));
         let near: Vec<&RecordingMark> =
             marks.filter(|mark| mark.time_nanos.abs_diff(time) <= near).collect();
-        let count: u32 = near.iter().map(|mark| mark.count).sum();
+        let count = thousands(near.iter().map(|mark| u64::from(mark.count)).sum());
         match near.first() {
             Some(_) if kind == MarkKind::Note => text += &format!("\n{count} × {name}"),
             Some(first) => text += &format!("\n{count} × {name}, robot {}", first.robot),

@@ -216,7 +216,7 @@ pub(super) fn multiply_speed(context: &PanelContext<'_>, factor: f32) {
 /// Multiplies the number of robots by a factor; it changes by at least one.
 pub(super) fn multiply_robots(context: &PanelContext<'_>, factor: f32) {
     if context.model.recording().is_some() {
-        return context.notify("a recording has the robots that it has");
+        return context.notify("the number of robots of a recording can't be changed");
     }
     let reported = context.model.status.map_or(1, |status| status.robots);
     let wanted = (reported as f32 * factor) as u32;

@@ -4,6 +4,7 @@ use regatta_plugin::control::{ControlKind, ControlRequest};
 
 use super::view_model::{Action, ViewModel};
 use crate::commands::UserCommand;
+use crate::text::thousands;
 
 /// The most steps that can be undone.
 const MOST: usize = 100;
@@ -72,7 +73,8 @@ fn harm_of(action: &Action, model: &ViewModel<'_>) -> Option<String> {
         Action::Control(request) if request.kind() == Some(ControlKind::Robots) => {
             let robots = u64::from(model.status?.robots);
             let removed = robots.saturating_sub(request.count);
-            (removed > 0).then(|| format!("remove {removed} of {robots} robots"))
+            (removed > 0)
+                .then(|| format!("remove {} of {} robots", thousands(removed), thousands(robots)))
         }
         _ => None,
     }

@@ -65,7 +65,10 @@ impl ViewPanel {
         if (1..settings.trails).contains(&context.model.trail_points) {
             ui.label(faint(
                 ui,
-                format!("limited to {} by the graphics adapter", context.model.trail_points),
+                format!(
+                    "limited to {} by the graphics adapter",
+                    thousands(context.model.trail_points.into())
+                ),
             ));
         }
         ui.checkbox(&mut settings.trails_of_selected, "selected robots only");

@@ -3,7 +3,6 @@
 
 use glam::Vec2;
 use regatta_plugin::activity::Activity;
-use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::recording::RecordingMark;
@@ -22,7 +21,7 @@ use super::rows::{RowQuery, Rows};
 use crate::commands::UserCommand;
 use crate::jams::JamFacts;
 use crate::orders::RobotOrder;
-use crate::robot_filter::{Filter, Matches};
+use crate::robot_filter::{Filter, Matches, activity_of};
 
 /// The state of the engine, as seen by the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +73,7 @@ pub struct ViewModel<'a> {
     pub labels: &'a Labels,
     /// Each robot's index into the robot types.
     pub robot_type_column: Option<&'a [f32]>,
-    /// Each robot's activity, if a fleet manager publishes it.
+    /// The activity of each robot of the frame, if a fleet manager publishes it.
     pub activity_column: Option<&'a [f32]>,
     /// The pairs that a collision checker reports.
     pub contacts: Option<Contacts<'a>>,
@@ -277,13 +276,11 @@ impl ViewModel<'_> {
         self.values.iter().find(|(name, _)| name.as_str() == column).map(|(_, value)| *value)
     }
 
-    /// Returns the activity of a robot of the frame; `None` if it is absent. A frame of the past
-    /// has no activities of a fleet manager.
+    /// Returns the activity of a robot of the frame; `None` if it is absent.
     pub fn activity(&self, robot: u32) -> Option<Activity> {
         let (frame, row) = (self.frame?, robot as usize);
-        let column = self.activity_column.filter(|_| !self.is_past());
-        let published = column.and_then(|column| ACTIVITY.element(*column.get(row)?));
-        (row < frame.len()).then(|| Activity::of(frame.state_of(row), published))?
+        let activities = self.activity_column.unwrap_or_default();
+        (row < frame.len()).then(|| activity_of(frame.state_of(row), activities, robot))?
     }
 
     /// Returns the pose of a robot in the newest frame, moved by the offset.

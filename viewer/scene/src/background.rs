@@ -1,6 +1,7 @@
 //! The background on the plan: walls, and the outlines of floors and racks.
 
 use glam::Vec2;
+use regatta_base::outline::{LineKind, kinds};
 use regatta_plugin::World;
 
 use super::facilities::{Bar, BarColour};
@@ -20,13 +21,38 @@ pub fn lines<'a>(
     })
 }
 
-/// Returns the bars of the lines of a level.
+/// A line of the background.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Its points in metres.
+    pub points: Vec<Vec2>,
+    /// Its meaning.
+    pub kind: LineKind,
+}
+
+/// Returns the lines of a level with their kinds.
+pub fn lines_by_kind(world: &World<'_>, level: Option<&str>) -> Vec<Line> {
+    let lines: Vec<Vec<Vec2>> = lines(world, level).map(Iterator::collect).collect();
+    let exact: Vec<Vec<_>> =
+        lines.iter().map(|line| line.iter().map(|point| point.as_dvec2()).collect()).collect();
+    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
+    let nodes = nodes.map(|node| Vec2::new(node.x, node.y).as_dvec2());
+    let kinds = kinds(&exact, nodes.filter(|place| place.is_finite()));
+    lines.into_iter().zip(kinds).map(|(points, kind)| Line { points, kind }).collect()
+}
+
+/// Returns the bars of the lines of a level: walls over racks.
 pub fn walls(world: &World<'_>, level: Option<&str>) -> Vec<Bar> {
+    let mut lines = lines_by_kind(world, level);
+    lines.sort_by_key(|line| line.kind == LineKind::Wall);
     let mut walls = Vec::new();
-    for points in lines(world, level) {
-        let ends = points.clone().zip(points.skip(1));
+    for Line { points, kind } in lines {
+        let colour = match kind {
+            LineKind::Wall => BarColour::Wall,
+            LineKind::Rack => BarColour::Rack,
+        };
         walls.extend(
-            ends.map(|(from, to)| Bar { ends: [from, to], colour: BarColour::Wall as u32 }),
+            points.windows(2).map(|ends| Bar { ends: [ends[0], ends[1]], colour: colour as u32 }),
         );
     }
     walls
@@ -34,7 +60,7 @@ pub fn walls(world: &World<'_>, level: Option<&str>) -> Vec<Bar> {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::world::WorldData;
+    use regatta_plugin::world::{NodeRecord, WorldData};
 
     use super::*;
 
@@ -55,5 +81,18 @@ mod tests {
         let mut data = WorldData::default();
         data.add_background_line(0, [[0.0, 0.0], [f32::NAN, 0.0], [4.0, 3.0]]);
         assert_eq!(walls(&data.view(1, 1), None)[0].ends, [Vec2::ZERO, Vec2::new(4.0, 3.0)]);
+    }
+
+    #[test]
+    fn racks_have_a_colour_of_their_own() {
+        let mut data = WorldData::default();
+        data.nodes.push(NodeRecord { x: -1.0, ..NodeRecord::default() });
+        let rack = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]];
+        data.add_background_line(0, rack);
+        data.add_background_line(0, [[9.0, 0.0], [9.0, 3.0]]);
+        let walls = walls(&data.view(1, 1), None);
+        let colours: Vec<_> = walls.iter().map(|wall| wall.colour).collect();
+        let [rack, wall] = [BarColour::Rack, BarColour::Wall].map(|colour| colour as u32);
+        assert_eq!(colours, [rack, rack, rack, rack, wall]);
     }
 }

@@ -32,10 +32,12 @@ pub enum BarColour {
     Open = 2,
     /// A shaft whose cabin is elsewhere.
     Away = 3,
-    /// A line of the background, in the theme's colour of walls.
+    /// A wall, in the theme's colour of walls.
     Wall = 4,
     /// A line from a station to a node of it, in the theme's colour of nodes.
     Link = 5,
+    /// A line of a rack, in the theme's colour of racks.
+    Rack = 6,
 }
 
 /// The colours of doors and cabins by [`BarColour`], those of facilities.wgsl.

@@ -1,5 +1,7 @@
 //! The heat map: which curves are drawn, and how hot, for a figure of the traffic on edges.
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
@@ -112,6 +114,14 @@ impl Figure {
         };
         (value > 0.0).then_some(value)
     }
+
+    /// Compares two edges: the hotter one comes first.
+    fn compare(self, one: &HotEdge, other: &HotEdge) -> Ordering {
+        match self {
+            Self::Speed => one.value.total_cmp(&other.value),
+            _ => other.value.total_cmp(&one.value),
+        }
+    }
 }
 
 impl Period {
@@ -202,7 +212,7 @@ pub struct HeatMap {
     pub straight: Vec<HotCurve>,
     /// The other ones.
     pub bent: Vec<HotCurve>,
-    /// The hottest places, the hottest first, at most [`LABELLED`].
+    /// The hottest places, the hottest first, at most [`LABELLED`] on each level.
     pub hottest: Vec<HotEdge>,
     /// The scale.
     pub facts: HeatFacts,
@@ -219,8 +229,12 @@ pub struct HotEdge {
 
 /// The number of places of a heat map that are labelled.
 pub const LABELLED: usize = 5;
-/// The part of the layout's extent within which two edges are one hot place.
+/// The part of the layout's extent within which two edges are one hot place, unless a level has too
+/// few places then.
 const ONE_PLACE: f32 = 0.06;
+/// The distance in metres within which two edges are one place in any case, as two ways of a street
+/// are.
+const SAME_PLACE: f32 = 1.0;
 
 impl HeatMap {
     /// Works out the heat map of a world's edges.
@@ -264,21 +278,41 @@ impl HeatMap {
 
 /// Returns the hottest edges of a world, one for each place.
 fn hottest(figure: Figure, figures: &[EdgeTraffic], world: &World<'_>) -> Vec<HotEdge> {
-    let edges = (0..)
-        .zip(figures)
-        .filter_map(|(edge, figures)| Some(HotEdge { edge, value: figure.value(figures)? }));
-    let mut edges: Vec<HotEdge> = edges.collect();
-    match figure {
-        Figure::Speed => edges.sort_by(|one, other| one.value.total_cmp(&other.value)),
-        _ => edges.sort_by(|one, other| other.value.total_cmp(&one.value)),
+    let mut levels: BTreeMap<u32, Vec<(HotEdge, glam::Vec2)>> = BTreeMap::new();
+    for ((index, edge), figures) in (0..).zip(world.edges()).zip(figures) {
+        let (Some(value), Some(middle)) = (figure.value(figures), midpoint(world, edge)) else {
+            continue;
+        };
+        levels.entry(edge.level).or_default().push((HotEdge { edge: index, value }, middle));
     }
     let reach = ONE_PLACE * extent(world);
+    let mut found: Vec<HotEdge> = Vec::new();
+    for mut edges in levels.into_values() {
+        edges.sort_by(|(one, _), (other, _)| figure.compare(one, other));
+        found.extend(hottest_of_level(&edges, reach));
+    }
+    found.sort_by(|one, other| figure.compare(one, other));
+    found
+}
+
+/// Returns the hottest edges of a level, which are sorted: as far apart as a reach, or nearer to
+/// each other if there are too few of them.
+fn hottest_of_level(edges: &[(HotEdge, glam::Vec2)], mut reach: f32) -> Vec<HotEdge> {
+    loop {
+        let found = apart(edges, reach.max(SAME_PLACE));
+        if found.len() == LABELLED || reach <= SAME_PLACE {
+            return found;
+        }
+        reach *= 0.5;
+    }
+}
+
+/// Returns the first edges whose middles are farther apart than a reach.
+fn apart(edges: &[(HotEdge, glam::Vec2)], reach: f32) -> Vec<HotEdge> {
     let mut found: Vec<(HotEdge, glam::Vec2)> = Vec::new();
-    for hot in edges {
-        let middle = world.edges().get(hot.edge as usize).and_then(|edge| midpoint(world, edge));
-        let Some(middle) = middle else { continue };
-        if found.iter().all(|(_, other)| other.distance(middle) > reach) {
-            found.push((hot, middle));
+    for (hot, middle) in edges {
+        if found.iter().all(|(_, other)| other.distance(*middle) > reach) {
+            found.push((*hot, *middle));
         }
         if found.len() == LABELLED {
             break;
@@ -384,12 +418,35 @@ mod tests {
         );
         assert_eq!((waiting.facts.secs, waiting.facts.edges), (300.0, 2));
         let edges: Vec<_> = waiting.hottest.iter().map(|hot| (hot.edge, hot.value)).collect();
-        assert_eq!(edges, [(0, 10.0)], "the second edge has its middle near the first one's");
+        assert_eq!(edges, [(0, 10.0), (1, 2.0)], "close together, but there are no others");
         let speed = map("speed:minute");
         assert_eq!(
             speed.straight,
             [hot(1, 0.0), hot(0, 0.75)],
             "slow is hot, and nothing is known of an empty edge"
         );
+    }
+
+    #[test]
+    fn five_places_are_hot_even_if_all_are_close_together_and_two_ways_of_a_street_are_one() {
+        let mut world = WorldData::default();
+        for x in [0.0, 1000.0] {
+            world.nodes.push(NodeRecord { x, ..NodeRecord::default() });
+        }
+        let upstairs = world.texts.add("upstairs");
+        // Streets of both ways, 4 m apart; then a hotter one on another level.
+        for (street, level) in [(0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (5, 0), (0, upstairs)] {
+            let y = 4.0 * street as f32;
+            for ends in [[[0.0, y], [9.0, y]], [[9.0, y], [0.0, y]]] {
+                let line = CurveRecord::straight(ends[0], ends[1]);
+                world.add_edge(EdgeRecord { level, ..EdgeRecord::default() }, [line]);
+            }
+        }
+        let figures: Vec<_> = (0..14)
+            .map(|edge| EdgeTraffic { waiting_secs: edge as f32 + 1.0, ..EdgeTraffic::default() })
+            .collect();
+        let places = hottest(Figure::Waiting, &figures, &world.view(1, 1));
+        let edges: Vec<_> = places.iter().map(|hot| hot.edge).collect();
+        assert_eq!(edges, [13, 11, 9, 7, 5, 3], "one upstairs, and five below");
     }
 }

@@ -39,8 +39,10 @@ pub struct ThemeColours {
     pub floor: Rgb,
     /// The floor's grid.
     pub grid: Rgb,
-    /// Walls, and the outlines of floors and racks.
+    /// Walls, and the outlines of floors.
     pub wall: Rgb,
+    /// Racks.
+    pub rack: Rgb,
     /// Edges that are driven one way.
     pub edge: Rgb,
     /// Edges that are driven both ways.
@@ -153,7 +155,8 @@ impl Theme {
                 sky: Rgb(0x0b0f14),
                 floor: Rgb(0x151b22),
                 grid: Rgb(0x2c3742),
-                wall: Rgb(0x56616d),
+                wall: Rgb(0x87919b),
+                rack: Rgb(0x5f5443),
                 edge: Rgb(0x6d8196),
                 two_way: Rgb(0x8a7fb0),
                 node: Rgb(0x93a5b5),
@@ -167,7 +170,8 @@ impl Theme {
                 sky: Rgb(0xdfe5ea),
                 floor: Rgb(0xf4f6f8),
                 grid: Rgb(0xd3dae0),
-                wall: Rgb(0xaeb6be),
+                wall: Rgb(0x737c85),
+                rack: Rgb(0xc9b794),
                 edge: Rgb(0x8f9dab),
                 two_way: Rgb(0xa497c6),
                 node: Rgb(0x6d7b88),
@@ -250,7 +254,7 @@ impl Colouring {
 }
 
 /// The states of robots that are there, in the order of their numbers.
-pub const STATES: [RobotState; RobotState::COUNT] = [
+const STATES: [RobotState; RobotState::COUNT] = [
     RobotState::Idle,
     RobotState::Driving,
     RobotState::Waiting,

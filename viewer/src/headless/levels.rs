@@ -6,8 +6,8 @@ use glam::UVec2;
 use image::{Rgba, RgbaImage, imageops};
 use regatta_gpu::TargetConfig;
 use regatta_interface::labels::{Labels, levels};
+use regatta_interface::legend;
 use regatta_interface::levels::columns;
-use regatta_interface::overlay;
 use regatta_plugin::{Error, Result};
 use regatta_scene::camera::Camera;
 
@@ -39,7 +39,7 @@ impl HeadlessViewer<'_> {
             (self.options.picture_size(), names.len() as u32, self.stage.bounds());
         let room = if self.no_legend { 0 } else { legend_width(size) };
         if room == 0 && !self.no_legend {
-            self.leave_out(&[overlay::LEGEND]);
+            self.leave_out(&[legend::LEGEND]);
         }
         let rest = UVec2::new(size.x - room, size.y);
         let columns = columns(parts, rest.as_vec2(), bounds.high - bounds.low);

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use regatta_interface::orders::OpenOrders;
-use regatta_interface::robot_filter::Filter;
+use regatta_interface::robot_filter::{Filter, FilterColumns};
 use regatta_interface::rows::{RowQuery, Rows};
 use regatta_plugin::column::{ACTIVITY, TYPE};
 use regatta_plugin::work::WorkFigures;
@@ -100,6 +100,7 @@ struct Filtered {
     frames: Subscriber,
     worlds: WorldReader,
     types: ColumnReader,
+    activities: ColumnReader,
 }
 
 impl Poller {
@@ -201,6 +202,7 @@ impl Poller {
                 frames: Subscriber::open_on(&self.participant)?,
                 worlds: WorldReader::open_on(&self.participant)?,
                 types: ColumnReader::open_on(&self.participant, TYPE.name())?,
+                activities: ColumnReader::open_on(&self.participant, ACTIVITY.name())?,
             }),
         };
         ports.frames.latest()?;
@@ -210,8 +212,10 @@ impl Poller {
             return Ok(Vec::new());
         };
         let types = ports.types.current()?.map(|column| column.values);
+        let activities = ports.activities.newest_of_run(frame.run_id())?;
+        let columns = FilterColumns { types, activities };
         let reports = self.filters.iter().map(|filter| {
-            Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.orders))
+            Report::Matches(filter.clone(), filter.matches(&frame, &world, columns, &self.orders))
         });
         Ok(reports.collect())
     }

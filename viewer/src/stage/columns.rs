@@ -35,8 +35,7 @@ impl Stage {
                 renderer.set_values(None);
             }
         }
-        let has_values = self.feed.value().is_some() && !self.is_looking_back();
-        let is_fallback = self.colouring.is_none() && !has_values;
+        let is_fallback = self.colouring.is_none() && self.colouring_values().is_none();
         self.scene.colouring = if is_fallback { Colouring::State } else { wanted };
         Ok(is_other)
     }
@@ -70,15 +69,15 @@ impl Stage {
             }
             _ => None,
         };
-        let is_kept = matches!(self.scene.colouring, Colouring::Speed);
-        let values = match (self.looking_back, values) {
-            (Some(_), Some(_)) if !is_kept => None,
-            (Some((_, time)), Some(_)) => Some(
-                self.history
-                    .as_ref()
-                    .and_then(|history| history.at(time))
-                    .map(|frame| frame.speed()),
-            ),
+        let past = self.looking_back.zip(self.history.as_ref());
+        let values = match (past, values) {
+            (Some(((_, time), history)), Some(_)) => match &self.scene.colouring {
+                Colouring::Speed => Some(history.at(time).map(|frame| frame.speed())),
+                colouring if *colouring == Colouring::activity() => {
+                    Some(history.activities_at(time))
+                }
+                _ => None,
+            },
             (_, values) => values,
         };
         if let Some(values) = values {

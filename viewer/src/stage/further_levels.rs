@@ -5,7 +5,7 @@ use std::iter;
 use glam::UVec2;
 use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_interface::orders::OpenOrders;
-use regatta_interface::robot_filter::{Filter, Matches, RobotSet};
+use regatta_interface::robot_filter::{Filter, FilterColumns, Matches, RobotSet};
 use regatta_scene::camera::Camera;
 use wgpu::{CommandEncoder, TextureView};
 
@@ -80,7 +80,10 @@ impl Stage {
             renderer.set_robot_type_column(types);
         }
         let filter = Filter::default().of_level(Some(level));
-        set_matches(renderer, &filter.matches(&frame, &world, None, &OpenOrders::default()));
+        set_matches(
+            renderer,
+            &filter.matches(&frame, &world, FilterColumns::default(), &OpenOrders::default()),
+        );
     }
 
     /// Sets the robots of the scene's level that are shown, and those of them that are not dimmed.

@@ -2,10 +2,12 @@
 //! its own.
 
 use glam::Vec2;
+use regatta_base::badge::{Badge, Sign};
+use regatta_base::outline::LineKind;
 use regatta_base::svg::Svg;
 use regatta_interface::footprint::Footprint;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
-use regatta_scene::background::lines;
+use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Role};
+use regatta_scene::background::{Line, lines_by_kind};
 use regatta_scene::curves::midpoint;
 use regatta_scene::facilities::{BAR_COLOURS, bars};
 use regatta_scene::names::names;
@@ -19,16 +21,25 @@ use super::plan::Plan;
 const CLOSED: &str = "#d8232e";
 /// The size of the letters of names, in millimetres.
 const LETTER_MM: f32 = 2.0;
+/// The radius of a station's badge, in millimetres.
+const BADGE_MM: f32 = 1.2;
 
-/// Walls, and the outlines of floors and racks.
+/// Racks, and over them walls and the outlines of floors.
 pub(super) fn draw_background(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     if plan.world.background_lines().is_empty() {
         return;
     }
-    let lines = lines(&plan.world, plan.level);
-    let lines = lines.map(|points| points.map(|point| point + plan.offset));
-    let path = svg.element("path").set("id", "background").fill("none");
-    path.stroke(hex(plan.theme.colours().wall), 0.35 / per_metre).polylines(lines);
+    let (lines, colours) = (lines_by_kind(&plan.world, plan.level), plan.theme.colours());
+    svg.element("g").set("id", "background").fill("none").open();
+    for (kind, colour, width) in
+        [(LineKind::Rack, colours.rack, 0.25), (LineKind::Wall, colours.wall, 0.5)]
+    {
+        let drawn = lines.iter().filter(|line| line.kind == kind);
+        let drawn =
+            drawn.map(|Line { points, .. }| points.iter().map(|point| *point + plan.offset));
+        svg.element("path").stroke(hex(colour), width / per_metre).polylines(drawn);
+    }
+    svg.close();
 }
 
 pub(super) fn draw_edges(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
@@ -54,22 +65,35 @@ pub(super) fn draw_nodes(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     svg.close();
 }
 
-/// Stations as discs, with lines to those of their nodes that are elsewhere.
+/// Stations as badges, with lines to those of their nodes that are elsewhere.
 pub(super) fn draw_stations(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
-    let colour = hex(plan.theme.colours().node);
+    let colours = plan.theme.colours();
+    let [ink, paper] = [colours.node, colours.floor].map(hex);
+    let badge =
+        Badge { radius: f64::from(BADGE_MM / per_metre), paper: &paper, ink: &ink, is_y_up: true };
     let stations = stations(&plan.world, plan.level);
-    let group = svg.element("g").set("id", "stations").fill(&colour);
-    group.stroke(&colour, 0.2 / per_metre).open();
+    svg.element("g").set("id", "stations").open();
     for link in links(&plan.world, &stations) {
         let [from, to] = link.ends.map(|end| end + plan.offset);
-        svg.line(from, to);
+        svg.line(from, to).stroke(&ink, 0.2 / per_metre);
     }
     for station in &stations {
-        svg.circle(station.place + plan.offset, 0.7 / per_metre).open();
-        svg.element("title").content(&station.name);
-        svg.close();
+        let centre = (station.place + plan.offset).as_dvec2();
+        badge.draw(svg, centre, sign(station.role), &station.name);
     }
     svg.close();
+}
+
+/// The sign of a role in drawings.
+fn sign(role: Role) -> Sign {
+    match role {
+        Role::None => Sign::None,
+        Role::Pick => Sign::Pick,
+        Role::Drop => Sign::Drop,
+        Role::Park => Sign::Park,
+        Role::Charge => Sign::Charge,
+        Role::Transfer => Sign::Transfer,
+    }
 }
 
 /// The leaves of doors and the outlines of cabins, in the colours of their states.
@@ -90,7 +114,7 @@ pub(super) fn draw_names(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     group.number("font-size", LETTER_MM / per_metre).open();
     let names = names(&plan.world, plan.level).into_iter();
     for name in names.take_while(|name| name.scale * LETTER_MM <= per_metre) {
-        let Vec2 { x, y } = name.place + plan.offset + Vec2::splat(0.9 / per_metre);
+        let Vec2 { x, y } = name.place + plan.offset + Vec2::splat(1.3 / per_metre);
         let upright = format_args!("translate({x:.3} {y:.3}) scale(1 -1)");
         svg.element("text").set("transform", upright).content(&name.text);
     }

@@ -14,8 +14,7 @@ const UNKNOWN_CABIN: f64 = 9.0;
 
 impl Map<'_> {
     pub(super) fn write_facilities(&self, svg: &mut Svg) {
-        for door in self.graph.doors() {
-            let [start, end] = door.drawn_line(self.graph).map(|point| self.pixel(point));
+        for [start, end] in self.doors() {
             svg.line(start, end).stroke(FACILITY, 3.0);
         }
         for lift in self.graph.lifts() {
@@ -26,6 +25,12 @@ impl Map<'_> {
             let path = svg.element("path").fill(FACILITY).stroke(FACILITY, 2.0);
             path.set("fill-opacity", 0.15).polylines([outline]);
         }
+    }
+
+    /// Returns the ends of the bars of doors.
+    pub(super) fn doors(&self) -> impl Iterator<Item = [DVec2; 2]> {
+        let doors = self.graph.doors().iter();
+        doors.map(|door| door.drawn_line(self.graph).map(|point| self.pixel(point)))
     }
 
     /// Returns the places of the names of doors and lifts, with the names.

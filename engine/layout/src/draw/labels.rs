@@ -1,12 +1,14 @@
 //! The labels of a map. A label covers no other label and no symbol.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec2;
+use regatta_base::graph::NodeIndex;
 use regatta_base::svg::Svg;
 
 use super::facilities::FACILITY;
-use super::{LEGEND, Map, PAPER, SPEED_COLOURS, approximate_length, role_colour};
+use super::{INK, LEGEND, Map, PAPER, SPEED_COLOURS, approximate_length};
+use crate::model::drawn::DrawnStation;
 use crate::model::route_graph::{Edge, Node};
 
 /// Edges are labelled in graphs of at most this many edges.
@@ -16,16 +18,25 @@ const MAX_LABELLED_EDGES: usize = 150;
 const MAX_LABELLED_NODES: usize = 2000;
 
 /// The largest number of characters of a label.
-const LONGEST_LABEL: usize = 24;
+const LONGEST_LABEL: usize = 28;
 
-/// The mean width of a character relative to the size of the font, and the height of a line.
-const GLYPH: DVec2 = DVec2::new(0.6, 1.15);
+/// The mean width of a character relative to the size of the font, and the height of a line. Viewers
+/// have fonts of their own: these are the sizes of a wide one.
+const GLYPH: DVec2 = DVec2::new(0.62, 1.15);
+/// The mean width of a capital letter.
+const CAPITAL: f64 = 0.72;
+
+/// The distance of labels from the border of the picture, in pixels.
+const BORDER: f64 = 6.0;
 
 /// The size of the font of the names of stations.
 const STATION_FONT: f64 = 11.0;
 
 /// The colour of the names of zones.
 const ZONE: &str = "#57606a";
+
+/// The distance of labels from the bar of a door, in pixels.
+const DOOR: f64 = 2.5;
 
 /// The distance of the name of a door or a lift from its middle, in pixels.
 const FACILITY_GAP: f64 = 5.0;
@@ -53,7 +64,11 @@ impl Label {
     fn half_size(&self) -> DVec2 {
         let mut width = 0.0;
         for letter in self.text.chars() {
-            width += if letter >= '\u{1100}' && letter != '…' { 1.0 } else { GLYPH.x };
+            width += match letter {
+                wide if wide >= '\u{1100}' => 1.0,
+                capital if capital.is_uppercase() => CAPITAL,
+                _ => GLYPH.x,
+            };
         }
         DVec2::new(width, GLYPH.y) * self.font / 2.0
     }
@@ -152,24 +167,23 @@ impl Map<'_> {
         svg.close();
     }
 
-    /// Returns the labels that have room. Nodes come first, then doors and lifts, stations,
-    /// zones, edges.
+    /// Returns the labels that have room. Doors and lifts come first, then stations, nodes, zones,
+    /// edges.
     fn labels(&self) -> Vec<Label> {
-        let (nodes, edges, stations) =
-            (self.graph.nodes(), self.graph.edges(), self.graph.stations());
+        let (nodes, edges) = (self.graph.nodes(), self.graph.edges());
         let mut taken = self.symbols();
-        let mut labels = Vec::new();
-        if nodes.len() <= MAX_LABELLED_NODES {
-            labels.extend(nodes.iter().filter_map(|node| self.place_node(node, &mut taken)));
-        }
         let facilities = self.facility_names().take(MAX_LABELLED_NODES);
-        labels.extend(facilities.filter_map(|(place, name)| {
+        let facilities = facilities.filter_map(|(place, name)| {
             let label = Label::new(name, STATION_FONT, FACILITY);
             let centres = label.centres_around(place, FACILITY_GAP);
             taken.place(label, centres)
-        }));
-        if stations.len() <= MAX_LABELLED_NODES {
+        });
+        let mut labels: Vec<Label> = facilities.collect();
+        if self.stations.len() <= MAX_LABELLED_NODES {
             labels.extend(self.place_stations(&mut taken));
+        }
+        if nodes.len() <= MAX_LABELLED_NODES {
+            labels.extend(self.place_nodes(&mut taken));
         }
         labels.extend(self.place_zones(&mut taken));
         if edges.len() <= MAX_LABELLED_EDGES {
@@ -178,16 +192,20 @@ impl Map<'_> {
         labels
     }
 
-    /// Returns the areas of nodes and stations.
+    /// Returns the areas of nodes, stations and doors.
     fn symbols(&self) -> Taken {
-        let picture = Area { min: DVec2::ZERO, max: self.size - DVec2::new(0.0, LEGEND) };
+        let max = self.size - DVec2::new(0.0, LEGEND) - BORDER;
+        let picture = Area { min: DVec2::splat(BORDER), max };
         let mut taken = Taken { picture, cells: BTreeMap::new() };
         for node in self.graph.nodes() {
             taken.add(Area::around(self.pixel(node.position), DVec2::splat(self.reach(node))));
         }
-        for at in self.graph.stations().iter().filter_map(|station| self.station_position(station))
-        {
+        for station in &self.stations {
+            let at = self.pixel(station.place);
             taken.add(Area::around(at, DVec2::splat(self.station_size())));
+        }
+        for [start, end] in self.doors() {
+            taken.add(Area { min: start.min(end) - DOOR, max: start.max(end) + DOOR });
         }
         taken
     }
@@ -206,13 +224,20 @@ impl Map<'_> {
 
     fn place_stations(&self, taken: &mut Taken) -> Vec<Label> {
         let mut labels = Vec::new();
-        for station in self.graph.stations() {
-            let Some(at) = self.station_position(station) else { continue };
-            let label = Label::new(&station.name, STATION_FONT, role_colour(station.role));
-            let centres = label.centres_around(at, self.station_size());
+        for DrawnStation { name, place, .. } in &self.stations {
+            let label = Label::new(name, STATION_FONT, INK);
+            let centres = label.centres_around(self.pixel(*place), self.station_size());
             labels.extend(taken.place(label, centres));
         }
         labels
+    }
+
+    /// Places the labels of the nodes that are no stations.
+    fn place_nodes(&self, taken: &mut Taken) -> Vec<Label> {
+        let stations: HashSet<NodeIndex> = self.graph.station_nodes().collect();
+        let nodes = (0..).map(NodeIndex).zip(self.graph.nodes());
+        let nodes = nodes.filter(|(index, _)| !stations.contains(index));
+        nodes.filter_map(|(_, node)| self.place_node(node, taken)).collect()
     }
 
     fn place_zones(&self, taken: &mut Taken) -> Vec<Label> {
@@ -260,7 +285,6 @@ fn elide(text: &str) -> String {
 mod tests {
     use proptest::prelude::*;
     use regatta_base::bezier::CubicBezier;
-    use regatta_base::graph::NodeIndex;
 
     use super::*;
     use crate::model::route_graph::RouteGraph;
@@ -344,9 +368,24 @@ mod tests {
 
     #[test]
     fn long_names_keep_both_ends() {
-        assert_eq!(elide("Point-0045 --- Point-0046"), "Point-0045 -… Point-0046");
+        assert_eq!(elide("Point-0045 --- Point-0046"), "Point-0045 --- Point-0046");
+        assert_eq!(elide("Crossing-0045 to Crossing-0046"), "Crossing-0045 …Crossing-0046");
         assert_eq!(elide("a\nb"), "ab");
         assert_eq!(elide(&"é".repeat(LONGEST_LABEL)), "é".repeat(LONGEST_LABEL));
         assert_eq!(elide(&"é".repeat(99)).chars().count(), LONGEST_LABEL);
+    }
+
+    #[test]
+    fn labels_lie_neither_on_the_border_of_a_picture_nor_over_doors() {
+        let text = include_str!("../../../../graphs/two-levels.yaml");
+        let graph = crate::parse(text, "g", &crate::ReadOptions::default()).expect("a plant").0;
+        let map = Map::new(&graph);
+        for label in map.labels() {
+            let Area { min, max } = label.area();
+            assert!(min.min_element() >= BORDER && max.cmple(map.size - BORDER).all(), "{label:?}");
+            let bar =
+                |ends: [DVec2; 2]| Area { min: ends[0].min(ends[1]), max: ends[0].max(ends[1]) };
+            assert!(map.doors().all(|ends| !bar(ends).overlaps(&label.area())), "{label:?}");
+        }
     }
 }

@@ -6,16 +6,12 @@ use glam::DVec2;
 use regatta_base::graph::{CRAWL, EdgeIndex, NodeIndex};
 use regatta_base::svg::Svg;
 
-use super::{INK, MARGIN, Map};
+use super::Map;
 use crate::traffic::{Certificate, SectionKind};
-
-/// The height of a row of the legend, and the width of an entry, in pixels.
-const ROW: f64 = 20.0;
-const ENTRY: f64 = 200.0;
 
 /// A matter of a certificate on a map, in the order in which they are drawn.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Matter {
+pub(super) enum Matter {
     CutOff,
     Section,
     DeadEnd,
@@ -63,7 +59,7 @@ impl Matter {
         }
     }
 
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::CutOff => "cut off from the main part",
             Self::Section => "single track",
@@ -71,6 +67,20 @@ impl Matter {
             Self::TooSlow => "too slow to count as a way",
             Self::BlockingStation => "station in the way",
             Self::Ring => "robots that may all wait",
+        }
+    }
+
+    /// Writes the symbol of the legend, to the right of a point.
+    pub fn write_symbol(self, svg: &mut Svg, left: DVec2) {
+        match self.symbol() {
+            Symbol::Band => {
+                let corner = left - DVec2::new(0.0, 4.0);
+                svg.rect(corner, DVec2::new(24.0, 8.0)).fill(self.colour());
+            }
+            Symbol::Circle => {
+                let circle = svg.circle(left + DVec2::new(12.0, 0.0), 5.0).fill("none");
+                circle.stroke(self.colour(), 2.5);
+            }
         }
     }
 
@@ -120,39 +130,8 @@ impl Map<'_> {
         }
     }
 
-    /// The height of the legend of a certificate in pixels: none if there is nothing to draw.
-    pub(super) fn traffic_legend(&self, certificate: &Certificate) -> f64 {
-        let rows = self.found(certificate).len().div_ceil(self.entries_per_row());
-        if rows == 0 { 0.0 } else { ROW * rows as f64 + 8.0 }
-    }
-
-    /// Writes the meaning of what is drawn, below the map.
-    pub(super) fn write_traffic_legend(&self, svg: &mut Svg, certificate: &Certificate) {
-        let per_row = self.entries_per_row();
-        for (place, matter) in self.found(certificate).into_iter().enumerate() {
-            let (row, column) = ((place / per_row) as f64, (place % per_row) as f64);
-            let left = DVec2::new(MARGIN + ENTRY * column, self.size.y + ROW * row + 8.0);
-            match matter.symbol() {
-                Symbol::Band => {
-                    svg.rect(left - DVec2::new(0.0, 4.0), DVec2::new(24.0, 8.0))
-                        .fill(matter.colour());
-                }
-                Symbol::Circle => {
-                    svg.circle(left + DVec2::new(12.0, 0.0), 5.0)
-                        .fill("none")
-                        .stroke(matter.colour(), 2.5);
-                }
-            }
-            svg.text(left + DVec2::new(30.0, 4.0)).fill(INK).content(matter.name());
-        }
-    }
-
-    fn entries_per_row(&self) -> usize {
-        (((self.size.x - MARGIN) / ENTRY).floor() as usize).max(1)
-    }
-
     /// The matters that a certificate has.
-    fn found(&self, certificate: &Certificate) -> Vec<Matter> {
+    pub(super) fn found(&self, certificate: &Certificate) -> Vec<Matter> {
         let mut found = Matter::ALL.to_vec();
         found.retain(|&matter| {
             !nodes(matter, certificate).is_empty() || !self.edges(matter, certificate).is_empty()

@@ -61,6 +61,7 @@ struct View {
     waiting: vec4f,
     ring: vec4f,
     wall: vec4f,
+    rack: vec4f,
     // Robots below the length x in pixels are part of the density, those from y on are not; z: the reciprocal of the density of
     // half the strength, in square metres; w: the length of robots, in metres.
     density: vec4f,

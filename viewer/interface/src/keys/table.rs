@@ -7,16 +7,16 @@ use super::Command;
 /// Gestures of mouse and touchpad, for the help: gesture, effect.
 pub(super) const POINTER_GESTURES: &[(&str, &str)] = &[
     ("left drag", "orbit around the target"),
-    ("right, middle or Shift drag", "pan over the ground"),
+    ("right or Shift drag", "pan over the ground"),
     ("wheel, pinch", "zoom in or out at the cursor"),
     ("two fingers", "pan over the ground"),
     ("click", "select a robot, edge or node"),
-    ("Ctrl or Cmd click", "add a robot to the selection, or remove it"),
-    ("Enter in the search", "select it; with Ctrl or Cmd, add it"),
-    ("right click", "menu: hold, break, send, close an edge"),
+    ("Ctrl or Cmd click", "add or remove a robot"),
+    ("Enter in search", "select it; with Ctrl, add it"),
+    ("right click", "menu of a robot, node or edge"),
     ("double click", "fly there"),
-    ("left drag in a plan", "pan"),
-    ("click while measuring", "one end, then the other: robots or places"),
+    ("left drag in plan", "pan"),
+    ("click in measuring", "one end, then the other"),
 ];
 
 /// A keyboard shortcut.
@@ -57,12 +57,12 @@ pub(super) const CAMERA_GROUP: &str = "Camera";
 const TIME: &[Shortcut] = &[
     shortcut(NONE, Key::Space, Command::Pause, "pause, resume"),
     shortcut(NONE, Key::Period, Command::Step, "advance one tick"),
-    shortcut(NONE, Key::Comma, Command::StepBack, "recording, past: one frame back"),
-    shortcut(NONE, Key::X, Command::NextMark, "next mark (of a live run: note)"),
+    shortcut(NONE, Key::Comma, Command::StepBack, "one frame back (recordings, past)"),
+    shortcut(NONE, Key::X, Command::NextMark, "next mark (in a live run, the next note)"),
     shortcut(NONE, Key::Z, Command::PreviousMark, "previous mark"),
     shortcut(SHIFT, Key::N, Command::Note, "write a note at this time"),
-    shortcut(NONE, Key::Y, Command::Loop, "recording: loop from here, to here, off"),
-    shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
+    shortcut(NONE, Key::Y, Command::Loop, "loop: from here, to here, off (recordings)"),
+    shortcut(NONE, Key::U, Command::Past, "the last ten minutes (live runs)"),
     shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
     shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),
 ];

@@ -165,7 +165,7 @@ fn robots_are_filtered_and_those_that_match_are_counted() {
     settle(&mut harness);
     harness.get_by_label("held").click();
     settle(&mut harness);
-    let wanted = Filter { state: Some(RobotState::Held), ..Filter::default() };
+    let wanted = Filter { activity: Some(Activity::Held), ..Filter::default() };
     let filters = |actions: &[Action]| -> Vec<Filter> {
         let filters = actions.iter().filter_map(|action| match action {
             Action::Filter(filter) => Some(filter.clone()),
@@ -253,7 +253,7 @@ fn the_panel_shows_the_rest_of_a_route() {
     assert!(harness.query_by_label("300 edges, > 812.0 m").is_some());
     harness.state_mut().route = Some(Remaining::default());
     settle(&mut harness);
-    assert!(harness.query_by_label("nothing left to drive").is_some());
+    assert!(harness.query_by_label("no route").is_some());
     harness.state_mut().route = None;
     settle(&mut harness);
     assert!(harness.query_by_label("ROUTE").is_none(), "the route is unknown");

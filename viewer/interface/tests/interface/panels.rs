@@ -238,8 +238,8 @@ fn the_strip_shows_the_figures_of_the_shown_run_only() {
     let figures = WorkFigures { orders_per_hour: 7_654.0, ..WorkFigures::default() };
     harness.state_mut().work = Some((run_id, figures));
     harness.run_steps(2);
-    assert!(harness.query_by_label("7\u{a0}654").is_some(), "the figures of this run");
+    assert!(harness.query_by_label("7,654").is_some(), "the figures of this run");
     harness.state_mut().work = Some((run_id + 1, figures));
     harness.run_steps(2);
-    assert!(harness.query_by_label("7\u{a0}654").is_none(), "another run has other figures");
+    assert!(harness.query_by_label("7,654").is_none(), "another run has other figures");
 }

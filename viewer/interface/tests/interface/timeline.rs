@@ -14,7 +14,7 @@ fn a_replay_has_its_files_name_and_no_slider_for_robots() {
     harness.get_by_label("00:00.00\u{a0}– 00:10.00");
     assert!(harness.query_by_label("robots").is_none(), "a replay would refuse another number");
     press(&mut harness, Key::K);
-    harness.get_by_label("a recording has the robots that it has");
+    harness.get_by_label("the number of robots of a recording can't be changed");
     assert_eq!(harness.state().requests(), []);
     harness.state_mut().recording = None;
     settle(&mut harness);
@@ -156,7 +156,7 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     harness.state_mut().interface.settings.right = Some(RightPanel::Selection);
     harness.state_mut().interface.select(Some(Item::Robot(3)));
     settle(&mut harness);
-    harness.get_by_label_contains("Only poses and states are kept");
+    harness.get_by_label_contains("Of the past, only poses, states and activities");
     harness.state_mut().interface.select(None);
     harness.state_mut().interface.settings.right = None;
     settle(&mut harness);

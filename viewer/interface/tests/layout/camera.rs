@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use glam::{Vec2, Vec3};
 use regatta_interface::camera_controller::CameraController;
-use regatta_interface::overlay::LEGEND;
+use regatta_interface::legend::LEGEND;
 use regatta_interface::settings::{LeftPanel, RightPanel};
 use regatta_interface::view_model::Item;
 use regatta_plugin::work::WorkFigures;
@@ -28,15 +28,24 @@ pub fn seen_at(harness: &Harness<'_, Fixture>, point: Vec3) -> Vec2 {
     camera.project(point, size).expect("in sight") + Vec2::new(picture.left(), picture.top())
 }
 
+/// Whether the legend of a picture of this width is lines at its lower side.
+fn is_narrow(width: f32) -> bool {
+    width < 800.0
+}
+
 /// The middle of what is neither under a panel nor beside the legend, in points of the window.
 pub fn middle_of_free_part(harness: &Harness<'_, Fixture>) -> Vec2 {
     let fixture = harness.state();
     let picture = fixture.picture;
     let mut left = fixture.panel("left").map_or(picture.left(), |panel| panel.right());
     let right = fixture.panel("right").map_or(picture.right(), |panel| panel.left());
-    let bottom = fixture.plots().map_or(picture.bottom(), |panel| panel.top());
-    let legend = fixture.interface.placed().iter().find(|(name, _)| *name == LEGEND);
-    left = legend.map_or(left, |(_, place)| place.right() + 10.0);
+    let mut bottom = fixture.plots().map_or(picture.bottom(), |panel| panel.top());
+    if let Some((_, legend)) = fixture.interface.placed().iter().find(|(name, _)| *name == LEGEND) {
+        match is_narrow(right - left) {
+            true => bottom = legend.top() - 10.0,
+            false => left = legend.right() + 10.0,
+        }
+    }
     Vec2::new(left + right, picture.top() + bottom) / 2.0
 }
 
@@ -210,7 +219,9 @@ fn nothing_of_a_fitted_fleet_lies_under_the_legend() {
         let legend = harness.state().interface.placed().iter();
         let legend = legend.clone().find(|(name, _)| *name == LEGEND).map(|(_, place)| *place);
         let west = seen_at(&harness, Bounds::default().low.extend(0.0)).x;
-        assert!(legend.is_none_or(|legend| legend.right() <= west), "{size:?}: {legend:?}, {west}");
+        let south = seen_at(&harness, Bounds::default().low.extend(0.0)).y;
+        let is_clear = legend.is_none_or(|at| at.right() <= west || at.top() >= south);
+        assert!(is_clear, "{size:?}: {legend:?}, {west} {south}");
     }
 }
 

@@ -65,7 +65,7 @@ impl ViewerWindow {
             world: world.unwrap_or_default(),
             labels: &self.fleet_state.labels,
             robot_type_column: self.stage.feed.robot_type(),
-            activity_column: self.stage.feed.activity(),
+            activity_column: self.stage.activities(),
             contacts: self.stage.feed.contacts(),
             legend: &legend,
             columns: &self.fleet_state.columns,
