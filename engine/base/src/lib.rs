@@ -13,6 +13,7 @@
 //! assert!(exits.contains(&leg.edge));
 //! ```
 
+pub mod badge;
 pub mod bezier;
 pub mod components;
 pub mod cores;
@@ -20,6 +21,7 @@ pub mod file;
 pub mod graph;
 mod ln;
 pub mod name;
+pub mod outline;
 pub mod random;
 pub mod round;
 pub mod rows;
