@@ -139,6 +139,27 @@ fn an_order_whose_action_fails_has_failed() {
     assert!(messages.contains("its action drop has failed: there is no such load"), "{messages}");
 }
 
+/// Messages are lost, doubled and late, vehicles stop and lose their connections, and an operator
+/// drives them: orders are carried all the same, and nobody touches another one.
+#[test]
+fn orders_survive_vehicles_that_are_disturbed() {
+    let Some(broker) = Broker::start("own-disturbed") else { return };
+    let fleet = fleet("own-disturbed", &["N3", "N1", "N21"]);
+    let disturbances = "lost-messages=2%,doubled-messages=5%,delay=0.05s,emergency-stops=60/h,\
+                        lost-connections=30/h,manual-mode=20/h";
+    let _vehicles = vehicles(
+        &fleet,
+        &broker,
+        &["--action", "pick=1", "--action", "drop=1", "--disturb", disturbances],
+    );
+    let validator = fleet.plugin("validator");
+    let master = OurMaster::start("own-disturbed", &broker, &[]);
+    master.order(&[["N3", "N1"], ["N1", "N3"], ["N11", "N2"], ["N2", "N11"]]);
+    master.wait_for(4);
+    master.end();
+    assert!(validator.interrupt().status.success(), "vehicles have touched");
+}
+
 #[test]
 fn orders_survive_brokers_that_die() {
     let Some(mut broker) = Broker::start("own-soak") else { return };
