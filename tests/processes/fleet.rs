@@ -68,7 +68,7 @@ pub fn unique(test: &str) -> FleetName {
 pub fn messages(stderr: &[u8]) -> String {
     let text = String::from_utf8_lossy(stderr);
     text.lines()
-        .filter(|line| !line.starts_with("setting the fleet up"))
+        .filter(|line| !line.starts_with("regatta: setting the fleet up"))
         .collect::<Vec<_>>()
         .join("\n")
 }

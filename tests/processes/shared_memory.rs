@@ -216,7 +216,7 @@ fn an_engine_that_memory_is_too_small_for_says_how_much_it_needs() {
     let output = Process::start(&mut command).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     // A busy machine takes so long that progress is told.
-    let errors = message.lines().filter(|line| !line.starts_with("setting the fleet up"));
+    let errors = message.lines().filter(|line| !line.starts_with("regatta: setting the fleet up"));
     assert!(!output.status.success() && errors.count() == 1, "{message}");
     assert!(message.contains("75.0 MB are needed") && message.contains("--shm-size"), "{message}");
 }
