@@ -80,8 +80,8 @@ impl Terminal {
     /// Writes a line above the bar.
     fn say(&self, line: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| regatta_plugin::tell!("regatta: {line}")),
-            None => regatta_plugin::tell!("regatta: {line}"),
+            Some(bar) => bar.suspend(|| regatta_plugin::tell!("study: {line}")),
+            None => regatta_plugin::tell!("study: {line}"),
         }
     }
 }
@@ -101,7 +101,7 @@ impl Watcher for Terminal {
         } else if progress.done == 0 || self.told.get().elapsed() >= LINE_TIME {
             self.told.set(Instant::now());
             let secs = self.started.elapsed().as_secs();
-            regatta_plugin::tell!("regatta: {}, {secs} s so far", line(progress));
+            regatta_plugin::tell!("study: {}, {secs} s so far", line(progress));
         }
     }
 

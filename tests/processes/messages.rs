@@ -4,10 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders whose programs print messages.
-const FOLDERS: [&str; 4] = ["src", "plugins", "engine", "study"];
-/// Messages of another form: the second line of an error, a question, and a line that a terminal
-/// replaces by the next one.
-const OTHERS: [&str; 3] = ["  because: ", "{name} wants to start ", "{}, {secs} s so far"];
+const FOLDERS: [&str; 5] = ["src", "plugins", "engine", "study", "viewer"];
+/// Messages of another form: the second line of an error, and a question.
+const OTHERS: [&str; 2] = ["  because: ", "{name} wants to start "];
 
 /// Returns the files of Rust in a folder and its subfolders, without tests.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {

@@ -194,7 +194,7 @@ impl HeadlessViewer<'_> {
             let fps = self.options.fps;
             let verb = if repeats == 1 { "is a repeat" } else { "are repeats" };
             regatta_plugin::tell!(
-                "{repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
+                "viewer: {repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
                  `regatta record`, then `regatta viewer FILE --film`, repeats none",
                 with_plural(pictures.into(), "picture")
             );

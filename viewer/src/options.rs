@@ -186,8 +186,7 @@ pub struct LookOptions {
     /// Hide the grid
     #[arg(long)]
     pub no_grid: bool,
-    /// Draw the routes and the goals of all robots: what they may drive now solid, what is only
-    /// planned dashed
+    /// Draw the routes and the goals of all robots: released parts solid, planned parts dashed
     #[arg(long)]
     pub plans: bool,
     /// Draw arrows from robots that wait to those that they wait for; rings of waiting are red
@@ -197,7 +196,7 @@ pub struct LookOptions {
     /// waiting, contacts or routes, in a window: minute, 10min or run [default window: 10min]
     #[arg(long, value_name = "FIGURE[:WINDOW]")]
     pub heat: Option<Heat>,
-    /// Mark every robot, however small and many they are, rather than draw their density
+    /// Draw every robot as a mark instead of their density
     #[arg(long)]
     pub no_density: bool,
     /// Ids of robots to highlight, with their routes and goals

@@ -24,7 +24,7 @@ pub const OVERLAY_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 pub enum PictureError {
     /// The size exceeds the limits of the adapter, or its memory.
     #[error(
-        "a picture of {}x{} pixels with {} each has no room in this adapter; the largest of this \
+        "a picture of {}x{} pixels with {} each doesn't fit into this adapter; the largest of this \
          shape is {}x{}",
         size.x, size.y, with_plural((*samples).into(), "sample"), largest.x, largest.y
     )]

@@ -95,7 +95,7 @@ impl HeadlessViewer<'_> {
             if told.elapsed() > TELL_EVERY {
                 told = Instant::now();
                 regatta_plugin::tell!(
-                    "{} of {}",
+                    "viewer: {} of {}",
                     video.pictures(),
                     with_plural(total.into(), "picture")
                 );
@@ -104,7 +104,7 @@ impl HeadlessViewer<'_> {
         let pictures = video.finish()?;
         let count = with_plural(pictures.into(), "picture");
         regatta_plugin::tell!(
-            "{}: {count}, each {:.4} s of simulated time",
+            "viewer: {}: {count}, each {:.4} s of simulated time",
             path.display(),
             schedule.step * 1e-9
         );

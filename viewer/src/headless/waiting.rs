@@ -61,7 +61,7 @@ impl HeadlessViewer<'_> {
             }
             if !is_notified && started.elapsed() > NOTICE_AFTER {
                 let what = if time.is_some() { "the time --at of " } else { "" };
-                regatta_plugin::tell!("waiting for {what}fleet '{}'", self.options.fleet);
+                regatta_plugin::tell!("viewer: waiting for {what}fleet '{}'", self.options.fleet);
                 is_notified = true;
             }
             if time.is_none() && started.elapsed() > self.options.timeout.into() {
