@@ -341,7 +341,9 @@ fn run_in_process(
     let manager = regatta_fleet_manager::plugin(manager)
         .map_err(|error| of_scenario(&plugin_failure(error), &path))?;
     let mut observers = Observers::new(is_judged(job));
-    let mut run = Run::new(Scenario::read(&path, &Overrides::default())?)
+    let scenario = Scenario::read(&path, &Overrides::default())
+        .map_err(|error| of_scenario(&error.into(), &path))?;
+    let mut run = Run::new(scenario)
         .digested()
         .stopped_by(|| termination.requested())
         .with_named(MANAGER, &[], manager)
@@ -353,7 +355,7 @@ fn run_in_process(
     }
     let summary = match run.for_ticks(job.secs * u64::from(job.rate_hz)) {
         Err(RunError::Stopped(_)) => return Err("interrupted".into()),
-        summary => summary?,
+        summary => summary.map_err(|error| of_scenario(&error.into(), &path))?,
     };
     let Observed { traffic, queues, meter, findings, last } = observers.observed();
     let validator = findings.map(serde_json::to_value).transpose()?;

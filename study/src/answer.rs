@@ -115,6 +115,8 @@ pub struct VariantAnswer {
     pub is_load_endless: bool,
     /// Whether Regatta's fleet manager steers the robots.
     pub is_managed_by_regatta: bool,
+    /// Whether it is the bound: robots drive through each other, and no validator judges them.
+    pub is_bound: bool,
     /// The reason why orders have other stops than the layout's stations suggest.
     pub other_stops: Option<String>,
     /// The assumptions of reading the layout, in words: on speeds, edges, and who drives on them.
@@ -290,6 +292,7 @@ impl VariantAnswer {
             is_load_made_up: variant.is_load_made_up(),
             is_load_endless: variant.is_load_endless(),
             is_managed_by_regatta: matches!(variant.manager, Manager::BuiltIn(_)),
+            is_bound: matches!(variant.manager, Manager::Bound(_)),
             other_stops: variant.other_stops.clone(),
             assumptions: variant.assumptions.clone(),
             robot_types: Vec::new(),

@@ -50,10 +50,17 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
 
 /// Tells the runs that failed, those of the fewest robots first.
 fn failures(variant: &VariantAnswer) -> Option<String> {
-    let (robots, reason) = variant.failed.first()?;
-    let robots = robots_in_words(*robots);
+    let (_, reason) = variant.failed.first()?;
+    let robots: Vec<String> =
+        variant.failed.iter().take(MOST_NUMBERS).map(|(robots, _)| robots.to_string()).collect();
+    let (robots, noun) = match (&robots[..], variant.failed.len()) {
+        ([only], _) => (only.clone(), if only == "1" { "robot" } else { "robots" }),
+        (_, failed) if failed > robots.len() => (robots.join(", ") + " and more", "robots"),
+        _ => (robots.join(", "), "robots"),
+    };
     Some(format!(
-        "**Failed runs**: with {robots}, a run failed: {reason}. The answer leaves such runs out."
+        "**Failed runs**: with {robots} {noun}, runs failed, the first one because: {reason}. The \
+         answer leaves such runs out."
     ))
 }
 
@@ -200,8 +207,7 @@ pub(super) fn has_findings(answer: &Answer) -> bool {
 /// The contacts and other findings of the validator, and the manager under which they came about.
 pub(super) fn safety(answer: &Answer) -> String {
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
-    let points = answer.variants.iter().flat_map(|variant| &variant.points);
-    let runs: usize = points.map(|point| point.runs.len()).sum();
+    let runs = runs_of(answer, |variant| !variant.is_bound);
     let mut others: BTreeMap<&str, u64> = BTreeMap::new();
     for (kind, count) in answer.variants.iter().flat_map(|variant| &variant.other_findings) {
         *others.entry(kind).or_default() += count;
@@ -220,16 +226,28 @@ pub(super) fn safety(answer: &Answer) -> String {
         }
         false => "",
     };
+    let bound = match runs_of(answer, |variant| variant.is_bound) {
+        0 => String::new(),
+        runs => {
+            format!(" The {runs} runs of the bound aren't judged: robots pass through each other.")
+        }
+    };
     match contacts {
         0 => format!(
             "No robot touched another in {runs} runs, as an independent validator judged them; \
-             {others}.{managed}"
+             {others}.{bound}{managed}"
         ),
         count => format!(
-            "**Robots touched each other {count} times** in {runs} runs{}; {others}.{managed}",
+            "**Robots touched each other {count} times** in {runs} runs{}; {others}.{bound}{managed}",
             first_finding(answer, CONTACT)
         ),
     }
+}
+
+/// Returns the number of runs of some variants.
+fn runs_of(answer: &Answer, is_wanted: impl Fn(&VariantAnswer) -> bool) -> usize {
+    let variants = answer.variants.iter().filter(|variant| is_wanted(variant));
+    variants.flat_map(|variant| &variant.points).map(|point| point.runs.len()).sum()
 }
 
 /// Tells the first finding of a kind: run, robots and time, in parentheses. Empty if no run has an

@@ -375,8 +375,11 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
             let reason = format!("With {}, a run failed: {reason}", robots_in_words(*more));
             limited(count, throughput, &reason, between(robots, *more))
         }
-        _ if variant.points.len() == 1 => {
+        _ if variant.points.len() == 1 && variant.failed.is_empty() => {
             format!("{count} {throughput}. No other number of robots was tried.")
+        }
+        _ if variant.points.len() == 1 => {
+            format!("{count} {throughput}. All runs with other numbers of robots failed.")
         }
         _ => format!(
             "at least {count}: no larger number was tried, and of those that were, {count} \

@@ -8,6 +8,8 @@ use serde_json::{Map, Number, Value};
 
 /// The key of a load with the name of a file of orders.
 const ORDERS: &str = "orders";
+/// The key of a load with the names of the robot types that its orders are for.
+const ROBOT_TYPES: &str = "robot_types";
 
 /// The scenario of a job, as its file holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -156,6 +158,12 @@ impl Load {
     /// Whether it always keeps an order open for each robot.
     pub fn is_endless(&self) -> bool {
         self.rest.get("endless").is_some_and(|orders| orders == "robots")
+    }
+
+    /// Whether orders of it or of one of its generators are for some robot types only.
+    pub fn names_robot_types(&self) -> bool {
+        let mut generators = self.generators.iter().flatten();
+        self.rest.contains_key(ROBOT_TYPES) || generators.any(Self::names_robot_types)
     }
 
     /// Whether it or one of its generators reads a file of orders.

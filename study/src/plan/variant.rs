@@ -316,7 +316,9 @@ impl Variant {
     pub fn job(&self, layout: &str, robots: u32, seed: u64, time: RunTime, program: &str) -> Job {
         let (mut setup, groups) = (self.setup.clone(), self.groups(robots));
         setup.load.get_or_insert_default().seed = Some(seed);
-        if let Some(types) = &mut setup.robot_types {
+        let load = setup.load.as_ref();
+        let names_types = load.is_some_and(|load| load.names_robot_types() || load.names_a_file());
+        if let Some(types) = setup.robot_types.as_mut().filter(|_| !names_types) {
             // A manager keeps room for the largest type that it knows.
             let first = types.first().map(|kind| kind.name.clone());
             types.retain(|kind| {

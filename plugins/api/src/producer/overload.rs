@@ -83,7 +83,8 @@ impl Overload {
             self.next_message = now + self.silence;
             self.silence = (2 * self.silence).min(LONGEST_SILENCE);
             let begin = format!(
-                "{}: fleet '{}': {late} of {ticks} ticks were late in the last {seconds:.0} s",
+                "{}: fleet '{}': {late} of {ticks} ticks that were due in the last {seconds:.0} s \
+                 were late",
                 producer.name(),
                 producer.fleet()
             );

@@ -325,3 +325,34 @@ fn an_unknown_throughput_has_no_table_of_numbers() {
     assert!(said(&few).starts_with("not known: 1 robot finished 1.0 orders in a run"));
     assert_eq!(numbers(&few.variants[0]), None);
 }
+
+#[test]
+fn runs_of_other_numbers_that_failed_were_tried() {
+    let answer = answer("1,2,4", |robots, _| match robots {
+        4 => Ok(measured(80.0)),
+        _ => Err(RunFailure::Failed("no robot type has the name `slow`".to_owned())),
+    });
+    let said = said(&answer);
+    assert!(said.ends_with("All runs with other numbers of robots failed."), "{said}");
+    let caveats = caveats(&answer).join("\n");
+    assert!(caveats.contains("with 1, 2 robots, runs failed, the first one because: no"));
+}
+
+#[test]
+fn runs_of_the_bound_are_not_among_those_that_were_judged() {
+    let plan = plan("1,2");
+    let bound = plan.variants[0].clone().bound();
+    let both = Plan { variants: vec![plan.variants[0].clone(), bound], ..plan };
+    let mut known = Known::new();
+    for run in [(1, 1), (1, 2), (2, 1), (2, 2)] {
+        known.insert(run, Ok(measured(f64::from(run.0) * 20.0)));
+    }
+    let Step::Done(curve) = next(&both.question, &both.robots, &both.precision, &known) else {
+        panic!("all runs are known");
+    };
+    let (curves, known) = ([curve.clone(), curve], [known.clone(), known]);
+    let answer = Answer::new(&both, &curves, &known, &[None, None], Chosen::default());
+    let said = crate::page::caveats::safety(&answer);
+    assert!(said.contains("No robot touched another in 4 runs"), "{said}");
+    assert!(said.contains("The 4 runs of the bound aren't judged"), "{said}");
+}

@@ -161,6 +161,26 @@ fn a_generator_on_other_roads_is_left_out_and_told() {
 }
 
 #[test]
+fn types_that_orders_name_stay_without_robots() {
+    let job = |load: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("plant.csv"), RING).expect("written");
+        let path = folder.path().join("s.yaml");
+        let text = format!(
+            "graph: plant.csv\nrobot_types: [{{name: a, length: 1, width: 1}}, {{name: b, length: 1, \
+             width: 1}}]\nrobots: [{{count: 3, type: a, routes: none}}, {{count: 1, type: b, routes: \
+             none}}]\nload: {load}\n"
+        );
+        std::fs::write(&path, text).expect("written");
+        let variant = Variant::read(&path, &ReadOptions::default()).expect("a variant");
+        let job = variant.job("plant", 1, 1, RunTime { secs: 60, rate_hz: 10 }, "0");
+        job.scenario.setup.robot_types.map_or(0, |types| types.len())
+    };
+    assert_eq!(job("{endless: robots}"), 1);
+    assert_eq!(job("{generators: [{endless: 2, robot_types: b}]}"), 2);
+}
+
+#[test]
 fn settings_change_what_they_name() {
     let with = |setting, value: Value| {
         variant(RING).expect("a variant").with(setting, &value, &ReadOptions::default())
