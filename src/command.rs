@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use regatta_kit::{Dispatcher, find_node};
+use regatta_kit::{Dispatcher, find_edge, find_leg, find_node};
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
@@ -45,9 +45,8 @@ pub enum RobotCommand {
     Release {
         #[command(flatten)]
         robot: Robot,
-        /// Edge of the route, `-ID` in reverse gear.
-        #[arg(value_parser = leg)]
-        edge: RouteLeg,
+        /// Edge of the route, by id, name or its nodes as FROM..TO; `-EDGE` in reverse gear.
+        edge: String,
         /// Metres from where the robot enters the edge; inf for all of it.
         metres: f32,
     },
@@ -104,9 +103,9 @@ pub enum RobotCommand {
         /// Node to stand on, by id or name.
         #[arg(required_unless_present = "edge", conflicts_with = "edge")]
         node: Option<String>,
-        /// Edge to stand on, by id.
+        /// Edge to stand on, by id, name or its nodes as FROM..TO.
         #[arg(long)]
-        edge: Option<u32>,
+        edge: Option<String>,
         /// Metres from the edge's origin.
         #[arg(long, default_value_t = 0.0, requires = "edge")]
         at: f32,
@@ -148,8 +147,8 @@ pub struct Robot {
 /// An edge of a fleet's route graph.
 #[derive(Args)]
 pub struct Edge {
-    /// Edge, by id.
-    edge: u32,
+    /// Edge, by id, name or its nodes as FROM..TO.
+    edge: String,
     #[command(flatten)]
     target: Target,
 }
@@ -157,9 +156,18 @@ pub struct Edge {
 /// The edges of a route.
 #[derive(Args)]
 pub struct Edges {
-    /// Edges in order, with commas between them; `-ID` in reverse gear.
-    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = leg)]
-    edges: Vec<RouteLeg>,
+    /// Edges in order, with commas between them, by id, name or their nodes as FROM..TO; `-EDGE` in
+    /// reverse gear.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
+    edges: Vec<String>,
+}
+
+impl Edges {
+    /// Returns the legs on the edges of a fleet.
+    fn legs(&self, fleet: &Dispatcher) -> Result<Vec<RouteLeg>, Failure> {
+        let legs = self.edges.iter().map(|edge| leg(fleet, edge));
+        legs.collect()
+    }
 }
 
 /// Runs `regatta command`.
@@ -169,14 +177,19 @@ pub fn run(command: RobotCommand) -> Result<(), Failure> {
             let mut fleet = join(&target)?;
             print_event(&match node {
                 Some(node) => fleet.send_to(robot, |world| find_node(world, &node), reverse)?,
-                None => fleet.send(|commands| commands.assign(robot, &edges.edges))?,
+                None => {
+                    let legs = edges.legs(&fleet)?;
+                    fleet.send(|commands| commands.assign(robot, &legs))?
+                }
             });
         }
         RobotCommand::Extend { robot, edges } => {
-            send(&robot, |commands, id| commands.extend(id, &edges.edges))?;
+            let legs = edges.legs(&join(&robot.target)?)?;
+            send(&robot, |commands, id| commands.extend(id, &legs))?;
         }
         RobotCommand::Release { robot, edge, metres } => {
-            send(&robot, |commands, id| commands.release(id, edge, metres))?;
+            let leg = leg(&join(&robot.target)?, &edge)?;
+            send(&robot, |commands, id| commands.release(id, leg, metres))?;
         }
         RobotCommand::Hold(robot) => send(&robot, Commands::hold)?,
         RobotCommand::Resume(robot) => send(&robot, Commands::resume)?,
@@ -185,10 +198,14 @@ pub fn run(command: RobotCommand) -> Result<(), Failure> {
         RobotCommand::Break(robot) => send(&robot, Commands::break_down)?,
         RobotCommand::Repair(robot) => send(&robot, Commands::repair)?,
         RobotCommand::Close(Edge { edge, target }) => {
-            print_event(&join(&target)?.send(|commands| commands.close_edge(edge))?);
+            let mut fleet = join(&target)?;
+            let edge = edge_id(&fleet, &edge)?;
+            print_event(&fleet.send(|commands| commands.close_edge(edge))?);
         }
         RobotCommand::Open(Edge { edge, target }) => {
-            print_event(&join(&target)?.send(|commands| commands.open_edge(edge))?);
+            let mut fleet = join(&target)?;
+            let edge = edge_id(&fleet, &edge)?;
+            print_event(&fleet.send(|commands| commands.open_edge(edge))?);
         }
         RobotCommand::Door { door, release, target } => {
             let mut fleet = join(&target)?;
@@ -218,6 +235,7 @@ pub fn run(command: RobotCommand) -> Result<(), Failure> {
             let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
             print_event(&match edge {
                 Some(edge) => {
+                    let edge = edge_id(&fleet, &edge)?;
                     fleet.send(|commands| commands.spawn_on_edge(robot_type, edge, at))?
                 }
                 None => {
@@ -240,16 +258,14 @@ fn node_id(fleet: &Dispatcher, node: &str) -> Result<u32, Failure> {
     fleet.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, node)?].id))?
 }
 
-/// Parses an edge of a route.
-fn leg(text: &str) -> Result<RouteLeg, String> {
-    let (digits, leg): (_, fn(u32) -> RouteLeg) = match text.trim().strip_prefix('-') {
-        Some(digits) => (digits, RouteLeg::reverse),
-        None => (text.trim(), RouteLeg::forward),
-    };
-    digits
-        .parse()
-        .map(leg)
-        .map_err(|_| "give the id of an edge, or -ID to drive it in reverse gear".to_owned())
+/// Returns the id of an edge, by its id, its name or its nodes.
+fn edge_id(fleet: &Dispatcher, edge: &str) -> Result<u32, Failure> {
+    Ok(fleet.world(|world| find_edge(world, edge))??)
+}
+
+/// Returns the leg on an edge; `-` before the edge is reverse gear.
+fn leg(fleet: &Dispatcher, edge: &str) -> Result<RouteLeg, Failure> {
+    Ok(fleet.world(|world| find_leg(world, edge))??)
 }
 
 fn join(target: &Target) -> Result<Dispatcher, Failure> {

@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
 use clap::Args;
 use regatta_layout::RouteGraph;
-use regatta_orders::{
-    FileTime, Load, Places, TimedDraft, check_orders, read_orders, read_table, to_csv,
-};
-use regatta_study::plan::{Day, DayClock, Variant};
+use regatta_orders::{FileTime, Places, TimedDraft, check_orders, read_orders, read_table, to_csv};
+use regatta_scenario::Scenario;
+use regatta_study::plan::{Day, DayClock, Load, Variant};
+use serde::Deserialize;
 use serde_json::json;
 
 use crate::arguments::Time;
@@ -24,7 +25,7 @@ const DAY_SECS: f64 = 86_400.0;
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Orders of a day")]
 pub struct DayArgs {
-    /// File with orders and their times (CSV, XLSX or YAML); replaces the load
+    /// File with orders and their times (CSV, XLSX, Parquet or YAML); replaces the load
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub orders: Option<PathBuf>,
     /// Factor for the number of orders of the file, such as 1.2
@@ -37,6 +38,12 @@ pub struct DayArgs {
     /// none, in a study 30min]
     #[arg(long, value_name = "TIME")]
     pub resample: Option<Resample>,
+}
+
+/// The part of a scenario with its load.
+#[derive(Deserialize)]
+struct WithLoad {
+    load: Option<Load>,
 }
 
 /// The way to the day of a seed.
@@ -73,13 +80,17 @@ impl DayArgs {
         self.shift.map_or(0.0, |time| time.0.as_secs_f64())
     }
 
-    /// Returns the day as a load that the fleet manager reads; `None` if there is no file.
+    /// Returns the day as a load that the fleet manager reads, with what a scenario's load says of
+    /// stops, stations and storages; `None` if there is no file.
     ///
     /// # Errors
     /// If the path of the file can't be made absolute, or an option needs the file.
-    pub fn load(&self) -> Result<Option<String>, Failure> {
+    pub fn load(&self, scenario: &Scenario) -> Result<Option<String>, Failure> {
         let Some(path) = &self.orders else { return self.without_orders() };
-        let mut load = json!({ "orders": std::path::absolute(path)?, "shift": self.shift_secs() });
+        let given = scenario.source.sections::<WithLoad>()?.load.filter(|_| !scenario.is_default);
+        let mut load = json!(given.as_ref().map(Load::without_orders).unwrap_or_default());
+        load["orders"] = json!(std::path::absolute(path)?);
+        load["shift"] = self.shift_secs().into();
         if let Some(scale) = self.scale {
             load["scale"] = scale.into();
         }
@@ -87,6 +98,26 @@ impl DayArgs {
             load["resample"] = secs.into();
         }
         Ok(Some(json!({ "load": load }).to_string()))
+    }
+
+    /// Returns the options with those of a load of a plant that is a file of orders and nothing
+    /// else, if there is no other file.
+    ///
+    /// # Errors
+    /// If a number of the load is wrong.
+    pub fn or_of_load(self, variant: &Variant) -> Result<Self, Failure> {
+        let load = variant.load_entry().filter(|_| self.orders.is_none());
+        let Some(part) = load.and_then(Load::only_file) else { return Ok(self) };
+        let of_part = self.or_of_part(part, folder(&variant.file));
+        of_part.map_err(|reason| format!("{}: load: {reason}", variant.file.display()).into())
+    }
+
+    fn or_of_part(mut self, part: &Load, folder: &Path) -> Result<Self, String> {
+        self.orders = part.file_of_orders().map(|file| folder.join(file));
+        self.scale = self.scale.or(number(part, "scale")?);
+        self.shift = self.shift.or(time(part, "shift")?);
+        self.resample = self.resample.or(time(part, "resample")?.map(Resample::Blocks));
+        Ok(self)
     }
 
     fn without_orders<T>(&self) -> Result<Option<T>, Failure> {
@@ -130,11 +161,48 @@ impl DayArgs {
     pub fn check(&self, variant: &Variant) -> Result<(), Failure> {
         let Some(path) = &self.orders else { return Ok(()) };
         let (places, load) = (places(&variant.graph), json!({ "load": variant.load_entry() }));
-        let places = Load::places(&load.to_string(), &places)
+        let places = regatta_orders::Load::places(&load.to_string(), &places)
             .map_err(|error| format!("{}: load: {}", variant.file.display(), error.reason))?;
         let checked = check_orders(&read_orders(path)?, &places);
         checked.map(drop).map_err(|error| of_file(path, &error.to_string()))
     }
+}
+
+/// Puts the orders of files that a plant's load names beside other generators into the load.
+/// Returns the files.
+///
+/// # Errors
+/// If a file can't be read or is wrong.
+pub fn read_orders_of_load(variant: &mut Variant) -> Result<Vec<PathBuf>, Failure> {
+    let folder = folder(&variant.file).to_owned();
+    let Some(load) = variant.load_entry_mut() else { return Ok(Vec::new()) };
+    let mut files = Vec::new();
+    for part in load.generators.iter_mut().flatten() {
+        let Some(file) = part.file_of_orders() else { continue };
+        let path = folder.join(file);
+        let orders = read_table(&path)?.into_orders();
+        part.set_timetable(to_csv(&orders.map_err(|error| of_file(&path, &error.to_string()))?));
+        files.push(path);
+    }
+    Ok(files)
+}
+
+fn folder(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new(""))
+}
+
+/// Returns a number of a load.
+fn number(load: &Load, key: &str) -> Result<Option<f64>, String> {
+    let Some(value) = load.rest.get(key) else { return Ok(None) };
+    let number = value.as_f64().filter(|number| *number >= 0.0);
+    number.map(Some).ok_or_else(|| format!("{key}: {value}: give a number of at least 0"))
+}
+
+/// Returns a number of a load that is a time in seconds.
+fn time(load: &Load, key: &str) -> Result<Option<Time>, String> {
+    let Some(secs) = number(load, key)? else { return Ok(None) };
+    let time = Duration::try_from_secs_f64(secs);
+    time.map(|time| Some(Time(time))).map_err(|error| format!("{key}: {secs}: {error}"))
 }
 
 /// Returns the time of day at which a day begins; `None` if its times are those of the simulation.

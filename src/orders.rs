@@ -47,7 +47,7 @@ pub enum OrdersCommand {
     },
     /// Check the orders of a day against a plant: rows that can't be used, rates, flows.
     Check {
-        /// File of orders: CSV, XLSX or YAML.
+        /// File of orders: CSV, XLSX, Parquet or YAML.
         file: PathBuf,
         /// Layout of any format, or scenario, whose stations they name.
         #[arg(long, value_hint = clap::ValueHint::FilePath)]
@@ -58,7 +58,7 @@ pub enum OrdersCommand {
         #[command(flatten)]
         layout: LayoutArgs,
     },
-    /// Send all orders of a file, or none: CSV or XLSX
+    /// Send all orders of a file, or none: CSV, XLSX or Parquet
     /// (name,time,priority,earliest,deadline,stops), or YAML.
     Import {
         /// File of orders, with times in seconds of simulated time.

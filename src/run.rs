@@ -256,7 +256,7 @@ enum LoadFile<'a> {
 impl<'a> LoadFile<'a> {
     /// Returns the file with the orders of a day, or with the load of a scenario, if there is one.
     fn of(args: &'a RunArgs, scenario: &Scenario) -> Result<Option<Self>, Failure> {
-        if let Some(load) = args.day.load()? {
+        if let Some(load) = args.day.load(scenario)? {
             require_manager(scenario)?;
             return Ok(Some(Self::Copy(copy_of(&load)?)));
         }

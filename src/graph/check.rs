@@ -32,8 +32,8 @@ struct Checked {
     scenario_warnings: Vec<String>,
     /// The error of beginning a run of the scenario.
     start_error: Option<String>,
-    /// The traffic that the layout allows, if that was asked for.
-    traffic: Option<Traffic>,
+    /// The traffic that the layout allows, by robot type, if that was asked for.
+    traffic: Vec<Traffic>,
 }
 
 pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCode, Failure> {
@@ -48,6 +48,7 @@ pub fn run(file: &FileArgs, json: bool, traffic: &TrafficArgs) -> Result<ExitCod
             );
             let robot = traffic.robot_on(&graph, &file.options())?;
             let traffic = robot.map(|robot| Traffic::new(&graph, robot.into()));
+            let traffic = traffic.into_iter().collect();
             Checked { traffic, ..Checked::route_graph(Some(content), findings) }
         }
         Err(_) if is_scenario(&text) => check_scenario(&text, file, traffic)?,
@@ -77,8 +78,8 @@ fn check_scenario(
             let robots = with_plural(scenario.robots() as usize, "robot");
             let edges = with_plural(scenario.graph.edges().len(), "edge");
             let content = Some(format!("{robots} on {edges}"));
-            let robot = traffic.robot_of(&scenario)?;
-            let traffic = robot.map(|robot| Traffic::new(&scenario.graph, robot));
+            let robots = traffic.robots_of(&scenario)?.into_iter();
+            let traffic = robots.map(|robot| Traffic::new(&scenario.graph, robot)).collect();
             let Warnings { of_scenario, of_layout } = scenario.warnings.clone();
             let start_error = start_error(scenario, file);
             let content = content.filter(|_| start_error.is_none());
@@ -146,7 +147,7 @@ impl Checked {
             scenario_error: None,
             scenario_warnings: Vec::new(),
             start_error: None,
-            traffic: None,
+            traffic: Vec::new(),
         }
     }
 
@@ -203,8 +204,11 @@ impl Checked {
             "warnings": self.warnings(),
             "findings": findings,
         });
-        if let Some(traffic) = &self.traffic {
-            checked["traffic"] = traffic.json();
+        if let Some((largest, others)) = self.traffic.split_first() {
+            checked["traffic"] = largest.json();
+            if !others.is_empty() {
+                checked["traffic_of_other_types"] = others.iter().map(Traffic::json).collect();
+            }
         }
         checked
     }

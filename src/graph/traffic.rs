@@ -22,7 +22,7 @@ pub struct TrafficArgs {
     /// way
     #[arg(long)]
     traffic: bool,
-    /// Length of robots; if not given, that of the scenario's largest robots, or of the robots that
+    /// Length of robots; if not given, those of each type of a scenario, or that of the robots that
     /// `regatta run` puts on a layout
     #[arg(long, value_name = "METRES", requires = "traffic")]
     length: Option<f64>,
@@ -51,18 +51,26 @@ impl TrafficArgs {
         Ok(Some(self.robot_like(RobotType::of_layout(graph, options))?))
     }
 
-    /// The same for the layout of a scenario: what isn't given is that of its largest
-    /// robots.
+    /// The same for the layout of a scenario: each of its types in use, the largest first. If a
+    /// size is given, there is one type, with the other size of the largest.
     ///
     /// # Errors
     /// Returns an error if a size is out of range.
-    pub fn robot_of(&self, scenario: &Scenario) -> Result<Option<NamedRobot>, Failure> {
+    pub fn robots_of(&self, scenario: &Scenario) -> Result<Vec<NamedRobot>, Failure> {
         if !self.traffic {
-            return Ok(None);
+            return Ok(Vec::new());
         }
-        let largest = largest_robot(scenario)?;
-        let name = if self.has_size() { None } else { largest.name };
-        Ok(Some(NamedRobot { robot: self.robot_like(largest.robot)?, name }))
+        let mut robots = robots_in_use(scenario)?;
+        if self.has_size() {
+            robots.truncate(1);
+        }
+        for NamedRobot { robot, name } in &mut robots {
+            *robot = self.robot_like(*robot)?;
+            if self.has_size() {
+                *name = None;
+            }
+        }
+        Ok(robots)
     }
 
     /// Whether a size is given.
@@ -94,25 +102,22 @@ impl From<RobotType> for NamedRobot {
     }
 }
 
-/// Returns the type of a scenario's robots with the largest footprint, the first one of equal ones.
+/// Returns the types of a scenario's robots, that with the largest footprint first.
 ///
 /// # Errors
-/// Returns an error if it is too large or too small for a certificate.
-fn largest_robot(scenario: &Scenario) -> Result<NamedRobot, RobotTypeError> {
+/// Returns an error if one is too large or too small for a certificate.
+fn robots_in_use(scenario: &Scenario) -> Result<Vec<NamedRobot>, RobotTypeError> {
     let in_use: BTreeSet<u16> = scenario.groups.iter().map(|group| group.robot_type).collect();
-    let mut largest: Option<(RobotType, &str)> = None;
+    let mut robots = Vec::new();
     for kind in in_use.iter().filter_map(|&index| scenario.robot_types.get(index as usize)) {
-        let robot = kind.in_traffic()?;
-        if largest.is_none_or(|(largest, _)| robot.area() > largest.area()) {
-            largest = Some((robot, kind.name.as_str()));
-        }
+        let name = Some(format!("type `{}`", kind.name));
+        robots.push(NamedRobot { robot: kind.in_traffic()?, name });
     }
-    let Some((robot, name)) = largest else { return Ok(RobotType::default().into()) };
-    let others = match in_use.len() {
-        1 => String::new(),
-        types => format!(", the largest of {types} in use"),
-    };
-    Ok(NamedRobot { robot, name: Some(format!("type `{name}`{others}")) })
+    if robots.is_empty() {
+        robots.push(RobotType::default().into());
+    }
+    robots.sort_by(|a, b| b.robot.area().total_cmp(&a.robot.area()));
+    Ok(robots)
 }
 
 /// The certificates of a layout for one type of robots.

@@ -30,7 +30,7 @@ use self::live_run::{LiveRun, RunError};
 use self::site::Site;
 use super::{FOUND, StudyArgs, output, request};
 use crate::arguments::Time;
-use crate::day::Resample;
+use crate::day::{Resample, read_orders_of_load};
 use crate::failure::{Failure, plugin_failure};
 use crate::output::unwritable;
 use crate::version;
@@ -164,14 +164,16 @@ fn plan(args: &StudyArgs, way: &Way, broker: Option<&BrokerUrl>) -> Result<Maste
 /// Reads the plant, with the orders of a day if there is one: as they are, unless it is asked for
 /// days of their kind.
 fn variant(args: &StudyArgs, plant: &Path) -> Result<Variant, Failure> {
-    let mut day_args = args.day.clone();
+    let mut variant = Variant::read(plant, &args.layout.options())?;
+    let mut day_args = args.day.clone().or_of_load(&variant)?;
     if day_args.orders.is_some() {
         day_args.resample.get_or_insert(Resample::None);
     }
-    let mut variant = Variant::read(plant, &args.layout.options())?;
     if let Some(day) = day_args.day()? {
         variant = variant.with_day(&Arc::new(day))?;
         day_args.check(&variant)?;
+    } else {
+        read_orders_of_load(&mut variant)?;
     }
     variant.check(args.rate)?;
     for part in &variant.left_out {

@@ -14,7 +14,7 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::{
     ColumnReader, Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World,
 };
-use regatta_study::outcome::{EdgeFigures, EdgeQueues, EdgeTraffic, LastState};
+use regatta_study::outcome::{EdgeFigures, EdgeQueues, EdgeTraffic, FleetState, SeenStates};
 use regatta_traffic::{QueueObserver, TrafficPlugin};
 use regatta_validator::{Report, Settings, Validator};
 
@@ -34,9 +34,9 @@ pub struct ObserverArgs {
     /// File for the findings of the validator, as JSON; without it, nothing is judged
     #[arg(long, value_name = "FILE")]
     validator: Option<PathBuf>,
-    /// File for the state of the fleet at the end, as JSON
+    /// File for the states of the fleet in which robots made no progress, and the last one, as JSON
     #[arg(long, value_name = "FILE")]
-    last: PathBuf,
+    states: PathBuf,
     /// File that is made when all are ready to read
     #[arg(long, value_name = "FILE")]
     ready: PathBuf,
@@ -63,6 +63,10 @@ pub struct Observers {
     places: Vec<[f32; 2]>,
     /// The robots that are held, broken or faulted in the newest frame.
     out_of_service: Vec<u32>,
+    /// The states in which stalls were found, with their simulated times in seconds.
+    found: Vec<(f64, FleetState)>,
+    /// The number of stalls that were found.
+    stalls: u64,
 }
 
 /// The figures that the readers of a run have at its end.
@@ -75,8 +79,8 @@ pub struct Observed {
     pub meter: Figures,
     /// The findings; `None` if nothing was judged.
     pub findings: Option<Report>,
-    /// The state of the fleet at the end.
-    pub last: LastState,
+    /// The states of the fleet that tell of its stalls.
+    pub seen: SeenStates,
 }
 
 impl Observers {
@@ -91,6 +95,8 @@ impl Observers {
             waits_for: None,
             places: Vec::new(),
             out_of_service: Vec::new(),
+            found: Vec::new(),
+            stalls: 0,
         }
     }
 
@@ -109,11 +115,27 @@ impl Observers {
             queues: EdgeFigures { edges: queues.collect() },
             meter: self.meter.figures(),
             findings: self.validator.as_mut().map(Validator::take_report),
-            last: LastState {
-                waits_for: self.waiting(),
-                places: std::mem::take(&mut self.places),
-                out_of_service: std::mem::take(&mut self.out_of_service),
-            },
+            seen: SeenStates { last: self.state(), found: std::mem::take(&mut self.found) },
+        }
+    }
+
+    /// Returns the state of the fleet in the newest frame.
+    fn state(&mut self) -> FleetState {
+        FleetState {
+            waits_for: self.waiting(),
+            places: self.places.clone(),
+            out_of_service: self.out_of_service.clone(),
+        }
+    }
+
+    /// Keeps the state of a frame in which the validator has found a stall.
+    fn keep_state(&mut self, frame: &Frame<'_>) {
+        let stalls = self.validator.as_ref().map_or(0, Validator::stalls);
+        let is_new = std::mem::replace(&mut self.stalls, stalls) < stalls;
+        if is_new && self.found.len() < SeenStates::MOST {
+            let secs = frame.header().sim_time_nanos as f64 * 1e-9;
+            let state = self.state();
+            self.found.push((secs, state));
         }
     }
 
@@ -165,7 +187,9 @@ impl Plugin for Observers {
                 self.out_of_service.push(robot);
             }
         }
-        self.readers().try_for_each(|reader| reader.on_frame(frame))
+        self.readers().try_for_each(|reader| reader.on_frame(frame))?;
+        self.keep_state(frame);
+        Ok(())
     }
 
     fn on_idle(&mut self, has_producer: bool) -> Result {
@@ -224,8 +248,8 @@ impl Plugin for ObserverProgram<'_> {
 
     fn on_stop(&mut self) -> Result {
         self.observers.on_stop()?;
-        let Observed { traffic, queues, meter, findings, last } = self.observers.observed();
-        write(&self.args.last, serde_json::to_string(&last)?)?;
+        let Observed { traffic, queues, meter, findings, seen } = self.observers.observed();
+        write(&self.args.states, serde_json::to_string(&seen)?)?;
         write(&self.args.traffic, serde_json::to_string(&traffic)?)?;
         write(&self.args.queues, serde_json::to_string(&queues)?)?;
         write(&self.args.meter, serde_json::to_string(&meter)?)?;

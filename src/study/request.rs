@@ -1,7 +1,7 @@
 //! The plan of a study, from a command line and a study file.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::ValueEnum;
@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 use super::StudyArgs;
 use crate::arguments::Time;
-use crate::day::{DayArgs, Resample, places};
+use crate::day::{DayArgs, Resample, places, read_orders_of_load};
 use crate::failure::Failure;
 use crate::scenario::wanted_warnings;
 use crate::{trust, version};
@@ -53,19 +53,18 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     // Runs of a day take long: those of reliefs are asked for.
     let default_reliefs = if question == Question::Knee { DEFAULT_RELIEFS } else { 0 };
     let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(default_reliefs);
-    let day_args = day_args(args, file.as_ref())?;
-    let day = day_args.day()?;
     let mut axes = file.as_ref().map_or_else(|| Ok(Vec::new()), StudyFile::axes)?;
     // The command line overrides the file.
     axes.retain(|axis| args.vary.iter().all(|other| other.setting != axis.setting));
     trust::require(&path.display().to_string(), path.parent(), &programs(&axes), args.trust)?;
     axes.extend(args.vary.iter().cloned());
-    if day.is_some() && axes.iter().any(|axis| axis.setting == Setting::Load) {
-        return Err("load: --orders replaces it: give only one of the two".into());
-    }
-    let base = base(&plant, &options, day.as_ref())?;
+    let base = Variant::read(&plant, &options)?;
+    let day_args = day_args(args, file.as_ref(), &base, &axes)?;
+    let day = day_args.day()?;
+    let (base, mut files) = with_orders(base, day.as_ref())?;
+    files.extend(day_args.orders.clone());
     let variants = variants(base, &checked(axes)?, args, &options)?;
-    let inputs = inputs(path, day_args.orders.as_deref(), &variants)?;
+    let inputs = inputs(path, &files, &variants)?;
     for variant in &variants {
         day_args.check(variant)?;
         check_load(variant)?;
@@ -93,10 +92,10 @@ pub fn text(path: &Path) -> Result<String, Failure> {
 
 /// Returns the files that the study is made of: the study file or the plant, those of the variants,
 /// and the orders.
-fn inputs(path: &Path, orders: Option<&Path>, variants: &[Variant]) -> Result<Vec<Input>, Failure> {
+fn inputs(path: &Path, orders: &[PathBuf], variants: &[Variant]) -> Result<Vec<Input>, Failure> {
     let mut paths = vec![path];
     paths.extend(variants.iter().map(|variant| variant.file.as_path()));
-    paths.extend(orders);
+    paths.extend(orders.iter().map(PathBuf::as_path));
     let mut inputs: Vec<Input> = Vec::new();
     for path in paths {
         let bytes = file::read(path, MAX_FILE_BYTES)
@@ -118,35 +117,53 @@ fn question(args: &StudyArgs, file: Option<&StudyFile>) -> Question {
     }
 }
 
-/// Returns the options of the day, with those of the study file for what the command line lacks.
-fn day_args(args: &StudyArgs, file: Option<&StudyFile>) -> Result<DayArgs, Failure> {
+/// Returns the options of the day, with those of the study file for what the command line lacks. A
+/// load that is a file of orders is a day, too.
+fn day_args(
+    args: &StudyArgs,
+    file: Option<&StudyFile>,
+    base: &Variant,
+    axes: &[Axis],
+) -> Result<DayArgs, Failure> {
     let mut day = args.day.clone();
-    let Some(file) = file else { return Ok(day) };
-    let folder = args.plant.parent().unwrap_or(Path::new(""));
-    day.orders = day.orders.or_else(|| Some(folder.join(file.orders.as_ref()?)));
-    day.scale = day.scale.or(file.scale);
-    if let (None, Some(value)) = (day.resample, &file.resample) {
-        let resample = plain(value).parse::<Resample>();
-        day.resample = Some(resample.map_err(|error| format!("resample: {error}"))?);
+    if let Some(file) = file {
+        let folder = args.plant.parent().unwrap_or(Path::new(""));
+        day.orders = day.orders.or_else(|| Some(folder.join(file.orders.as_ref()?)));
+        day.scale = day.scale.or(file.scale);
+        if let (None, Some(value)) = (day.resample, &file.resample) {
+            let resample = plain(value).parse::<Resample>();
+            day.resample = Some(resample.map_err(|error| format!("resample: {error}"))?);
+        }
     }
-    Ok(day)
+    let varies_load = axes.iter().any(|axis| axis.setting == Setting::Load);
+    match (varies_load, day.orders.is_some()) {
+        (true, true) => Err("load: --orders replaces it: give only one of the two".into()),
+        (true, false) => Ok(day),
+        (false, _) => day.or_of_load(base),
+    }
 }
 
-/// Reads the plant, with the orders of a day if there is one.
-fn base(plant: &Path, options: &ReadOptions, day: Option<&Day>) -> Result<Variant, Failure> {
-    let base = Variant::read(plant, options)?;
+/// Returns the plant with the orders of a day if there is one, or else with those of the files that
+/// its load names, and these files.
+fn with_orders(mut base: Variant, day: Option<&Day>) -> Result<(Variant, Vec<PathBuf>), Failure> {
     match day {
-        Some(day) => Ok(base.with_day(&Arc::new(day.clone()))?),
-        None => Ok(base),
+        Some(day) => Ok((base.with_day(&Arc::new(day.clone()))?, Vec::new())),
+        None => {
+            let files = read_orders_of_load(&mut base)?;
+            Ok((base, files))
+        }
     }
 }
 
 /// Checks that Regatta's fleet manager can carry out the load of a variant: a run would fail.
 fn check_load(variant: &Variant) -> Result<(), Failure> {
     let Manager::BuiltIn(_) = &variant.manager else { return Ok(()) };
-    // Those of a day were checked.
-    let Some(load) = variant.load_entry().filter(|_| !variant.is_day()) else { return Ok(()) };
-    let text = json!({ "load": load }).to_string();
+    let Some(load) = variant.load_entry() else { return Ok(()) };
+    let text = match variant.is_day() {
+        // Its orders were checked.
+        true => json!({ "load": load.without_generators() }).to_string(),
+        false => json!({ "load": load }).to_string(),
+    };
     let with = match &*variant.name {
         "" => String::new(),
         name => format!("with {name}: "),

@@ -16,7 +16,7 @@ use regatta_run::{Run, RunError};
 use regatta_scenario::{Overrides, Scenario};
 use regatta_study::job::{Job, Manager};
 use regatta_study::outcome::{
-    EdgeOutcome, Example, LastState, Outcome, Stall, edges, examples, stalls,
+    EdgeOutcome, Example, Outcome, SeenStates, Stall, edges, examples, stalls,
 };
 use regatta_study::store::check_folder;
 use regatta_study::workers::{NO_ROOM, UNWRITABLE};
@@ -37,7 +37,7 @@ const RECORDER: &str = "record";
 const TRAFFIC: &str = "traffic";
 const QUEUES: &str = "queues";
 const METER: &str = "meter";
-const LAST: &str = "last";
+const STATES: &str = "states";
 const VALIDATOR: &str = "validator";
 /// Words of the engine's error that there is no room for so many robots.
 const NO_ROOM_WORDS: &str = " robots fit where ";
@@ -201,8 +201,9 @@ impl<'a> JobRun<'a> {
     /// Starts the meters and the validator, which write figures at their end.
     fn start_observers(&mut self) -> Result<(), Failure> {
         let mut observers = self.run.command(OBSERVERS, &["study-observe", "--after", MANAGER])?;
-        let files =
-            [TRAFFIC, QUEUES, METER, LAST].into_iter().chain(self.is_judged().then_some(VALIDATOR));
+        let files = [TRAFFIC, QUEUES, METER, STATES]
+            .into_iter()
+            .chain(self.is_judged().then_some(VALIDATOR));
         for name in files {
             observers.arg(format!("--{name}")).arg(self.run.json_file(name));
         }
@@ -243,12 +244,12 @@ impl<'a> JobRun<'a> {
             .ok_or("the engine gave no digest")?
             .to_owned();
         let validator = if self.is_judged() { Some(self.json(VALIDATOR)?) } else { None };
-        let last = serde_json::from_value(self.json(LAST)?)?;
+        let seen = serde_json::from_value(self.json(STATES)?)?;
         outcome(
             self.job,
             digest,
             serde_json::from_value(self.json(METER)?)?,
-            Judged::new(self.job, validator, &last)?,
+            Judged::new(self.job, validator, &seen)?,
             edges(
                 serde_json::from_value(self.json(TRAFFIC)?)?,
                 serde_json::from_value(self.json(QUEUES)?)?,
@@ -306,14 +307,14 @@ struct Judged {
 }
 
 impl Judged {
-    /// `last` is the state of the fleet at the end.
-    fn new(job: &Job, validator: Option<Value>, last: &LastState) -> Result<Self, Failure> {
+    /// `seen` are the states of the fleet in which stalls were found, and the last one.
+    fn new(job: &Job, validator: Option<Value>, seen: &SeenStates) -> Result<Self, Failure> {
         let Some(validator) = validator else {
             return Ok(Self::default());
         };
         let findings = findings(&validator).collect();
         let examples = examples(&validator)?;
-        Ok(Self { findings, examples, stalls: stalls(validator, last, job.secs as f64)? })
+        Ok(Self { findings, examples, stalls: stalls(validator, seen, job.secs as f64)? })
     }
 }
 
@@ -357,13 +358,13 @@ fn run_in_process(
         Err(RunError::Stopped(_)) => return Err("interrupted".into()),
         summary => summary.map_err(|error| of_scenario(&error.into(), &path))?,
     };
-    let Observed { traffic, queues, meter, findings, last } = observers.observed();
+    let Observed { traffic, queues, meter, findings, seen } = observers.observed();
     let validator = findings.map(serde_json::to_value).transpose()?;
     outcome(
         job,
         summary.digest.map(|digest| format!("{digest:032x}")).unwrap_or_default(),
         meter,
-        Judged::new(job, validator, &last)?,
+        Judged::new(job, validator, &seen)?,
         edges(traffic, queues),
     )
 }

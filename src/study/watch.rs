@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use regatta_plugin::Termination;
 use regatta_study::conduct::{Progress, Watcher};
-use regatta_study::workers::RunFailure;
+use regatta_study::workers::{NOT_ALL_PLACED, RunFailure};
 
 /// The time between two lines where standard error isn't a terminal.
 const LINE_TIME: Duration = Duration::from_secs(15);
@@ -109,7 +109,7 @@ impl Watcher for Terminal {
         // Many runs mostly fail for the same reason.
         if self.failures.borrow_mut().insert(failure.to_string()) {
             let line = match failure {
-                RunFailure::NoRoom(reason) => format!("{run}: no room: {reason}"),
+                RunFailure::NoRoom(reason) => format!("{run}: {NOT_ALL_PLACED}: {reason}"),
                 RunFailure::Failed(reason) => format!("{run} failed: {reason}"),
             };
             self.say(&line);

@@ -40,11 +40,9 @@ pub struct Answer {
     pub program: String,
     /// The method of the study.
     pub method: Method,
-    /// The traffic that the roads of the first variant allow its robots, in sentences.
+    /// The traffic that the roads of the first variant allow its robots, in sentences. Of several
+    /// robot types, a sentence names the one that it is about, unless it is about all.
     pub certificate: Vec<String>,
-    /// The robot type that these sentences are about, if there are several in use.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub certificate_type: Option<String>,
     /// The files that the study was made of.
     pub inputs: Vec<Input>,
     /// The prices, if the user gave any.
@@ -220,7 +218,6 @@ impl Answer {
             program,
             method,
             certificate,
-            certificate_type: plan.variants.first().and_then(Variant::robot_in_words),
             inputs: plan.inputs.clone(),
             prices: plan.prices.clone(),
             variants,
@@ -261,7 +258,8 @@ impl VariantAnswer {
         let mut failed = BTreeMap::new();
         for ((robots, _), run) in known {
             if let Err(RunFailure::Failed(reason)) = run {
-                failed.entry(*robots).or_insert(reason);
+                // It is told within sentences, and may be the last line of another program.
+                failed.entry(*robots).or_insert(reason.trim_end_matches('.'));
             }
         }
         let points: Vec<PointAnswer> = curve
@@ -306,7 +304,10 @@ impl VariantAnswer {
             knee,
             least: None,
             cost: None,
-            failed: failed.into_iter().map(|(robots, reason)| (robots, reason.clone())).collect(),
+            failed: failed
+                .into_iter()
+                .map(|(robots, reason)| (robots, reason.to_owned()))
+                .collect(),
             no_room: NoRoom::of(known),
         }
     }

@@ -17,7 +17,7 @@ pub use backlog::{Backlog, HOUR_SECS, HourOrders, hours};
 pub use example::{Example, examples};
 pub(crate) use measured::CONTACT;
 pub use measured::{Measured, RunEnd, Service};
-pub use stall::{LastState, Stall, StallKind, stalls};
+pub use stall::{FleetState, SeenStates, Stall, StallKind, stalls};
 pub use time_split::{CHARGING, Grouping, ORDER_PARTS, OrderTime, ROBOT_PARTS, STORAGE, by_group};
 
 /// The result file of a job.

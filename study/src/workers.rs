@@ -37,6 +37,9 @@ pub struct Report {
     pub wall_secs: Option<f64>,
 }
 
+/// The words for robots of which some have no place at the beginning of a run.
+pub const NOT_ALL_PLACED: &str = "not all found a place";
+
 /// The reason why a run has no result.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RunFailure {

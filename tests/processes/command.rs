@@ -59,7 +59,11 @@ fn commands_are_sent_and_their_answers_printed() {
     accepted(&fleet, &["robots", "repair", "0"]);
     wait_for(&fleet, RobotState::Idle);
     assert_eq!(accepted(&fleet, &["command", "spawn", "1"]), "accepted: robot 1");
-    accepted(&fleet, &["command", "assign", "1", "--edges", "1,11"]);
+    accepted(&fleet, &["command", "assign", "1", "--edges", "1..2,11"]);
+    accepted(&fleet, &["command", "close", "4..5"]);
+    accepted(&fleet, &["command", "open", "4..5"]);
+    assert_eq!(accepted(&fleet, &["command", "spawn", "--edge", "far..4"]), "accepted: robot 2");
+    accepted(&fleet, &["command", "remove", "2"]);
     accepted(&fleet, &["command", "remove", "1"]);
     assert!(fleet.engine.interrupt().status.success());
 }
@@ -73,6 +77,8 @@ fn a_refused_command_says_why() {
         (&["command", "assign", "9", "far"], "there is no robot 9"),
         (&["command", "assign", "0", "nowhere"], "no node has the id or the name 'nowhere'"),
         (&["command", "assign", "0", "--edges", "99"], "there is no edge 99"),
+        (&["command", "close", "far..1"], "no edge leads from node far to node 1"),
+        (&["command", "open", "elsewhere"], "there is no edge elsewhere"),
         (&["command", "release", "0", "1", "2.5"], "not ahead"),
     ] {
         let found = refused(&fleet, arguments);

@@ -526,7 +526,7 @@ fn a_scenario_is_examined_for_its_robots() {
 }
 
 #[test]
-fn a_scenario_is_examined_for_the_largest_robots_in_use() {
+fn a_scenario_is_examined_for_each_robot_type_in_use() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("two-types.yaml");
     let square = graphs("square.yaml");
@@ -541,9 +541,17 @@ fn a_scenario_is_examined_for_the_largest_robots_in_use() {
     );
     std::fs::write(&file, scenario).expect("a file");
     let printed = text(&regatta_graph(&["check", "--traffic"], Some(&file)).stdout);
-    let expected = "traffic of robots of 1.5 m × 0.8 m that never turn on the spot \
-                    (type `tugger`, the largest of 2 in use; ";
-    assert!(printed.contains(expected), "{printed}");
+    for expected in [
+        "traffic of robots of 1.5 m × 0.8 m that never turn on the spot (type `tugger`; ",
+        "traffic of robots of 0.5 m × 0.4 m that never turn on the spot (type `small`; ",
+    ] {
+        assert!(printed.contains(expected), "{printed}");
+    }
+    assert!(!printed.contains("unused"), "{printed}");
+    let checked = regatta_graph(&["check", "--traffic", "--json"], Some(&file)).stdout;
+    let checked: serde_json::Value = serde_json::from_slice(&checked).expect("JSON");
+    assert_eq!(checked["traffic"]["robot_type"], "type `tugger`");
+    assert_eq!(checked["traffic_of_other_types"][0]["robot_type"], "type `small`");
     let given = ["check", "--traffic", "--length", "0.7"];
     let printed = text(&regatta_graph(&given, Some(&file)).stdout);
     assert!(printed.contains("0.7 m × 0.8 m") && !printed.contains("tugger"), "{printed}");

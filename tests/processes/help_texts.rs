@@ -55,6 +55,17 @@ fn descriptions(text: &str) -> Vec<String> {
     found
 }
 
+#[test]
+fn options_for_files_of_orders_name_all_formats() {
+    let pages = pages(&[]);
+    let texts = pages.iter().filter(|page| page.text.contains("XLSX"));
+    let texts: Vec<&Page> = texts.collect();
+    assert!(texts.len() >= 6, "run, master, study, fleet-manager, orders check and import");
+    for page in texts {
+        assert!(page.text.contains("Parquet"), "{:?}", page.command);
+    }
+}
+
 /// Writes the texts into the file of all texts, for a person to read.
 #[test]
 fn help_is_written_in_one_style() {

@@ -216,6 +216,78 @@ fn a_day_is_replayed_in_a_run_as_in_a_study() {
     assert_eq!(orders.iter().sum::<u64>(), 24, "{figures}");
 }
 
+/// Writes a scenario in which one operator serves all robots, with a load.
+fn with_operator(folder: &Path, name: &str, load: &str) -> PathBuf {
+    let path = folder.join(name);
+    let bays: Vec<String> = (0..ORDERS).map(|bay| format!("B{bay}")).collect();
+    let stations = format!("stations: [{{at: [{}], operators: 1}}]", bays.join(", "));
+    let text = format!(
+        "graph: bays.csv\nrobots: [{{count: 4, routes: none}}]\nplugins: [fleet-manager]\n\
+         load: {{{stations}, {load}}}\n"
+    );
+    fs::write(&path, text).expect("written");
+    path
+}
+
+/// Returns the finished orders of a run of half an hour.
+fn finished(scenario: &Path, args: &[&str]) -> u64 {
+    let mut command = regatta();
+    command.arg("run").arg(scenario).args(["--in-process", "--json", "--simulated", "30min"]);
+    let output = command.args(args).output().expect("regatta starts");
+    let figures: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    figures["orders_finished"].as_u64().expect("a number")
+}
+
+#[test]
+fn the_stations_of_a_scenario_hold_for_the_orders_of_a_day() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [_, day] = plant(folder.path());
+    let [day, folder] = [day, folder.path().to_owned()];
+    let named = with_operator(&folder, "named.yaml", "generators: [{orders: day.csv}]");
+    let other = with_operator(&folder, "other.yaml", "per_hour: 9");
+    let of_load = finished(&named, &[]);
+    assert!((4..=6).contains(&of_load), "one operator serves one robot in 5 minutes: {of_load}");
+    assert_eq!(finished(&other, &["--orders", &day.display().to_string()]), of_load);
+}
+
+/// Returns the points of a study of a scenario.
+fn points(folder: &Path, scenario: &Path, args: &[&str]) -> Value {
+    let output = folder.join(format!("study-{}", args.len()));
+    let mut command = regatta();
+    command.arg("study").arg(scenario).args(["--robots", "1,4", "--duration", "2h"]).args(args);
+    command.args(["--target", "p99 service < 70min"]);
+    command.arg("--output").arg(&output);
+    let found = command.output().expect("regatta starts");
+    let text = fs::read(output.join("study.json")).unwrap_or_else(|_| {
+        panic!("{}", String::from_utf8_lossy(&found.stderr));
+    });
+    let answer: Value = serde_json::from_slice(&text).expect("JSON");
+    answer["variants"][0]["points"].clone()
+}
+
+#[test]
+fn a_study_replays_the_file_of_orders_of_a_load() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [_, day] = plant(folder.path());
+    let named = with_operator(folder.path(), "named.yaml", "generators: [{orders: day.csv}]");
+    let other = with_operator(folder.path(), "other.yaml", "per_hour: 9");
+    let of_load = points(folder.path(), &named, &["--resample", "none"]);
+    let args = ["--resample", "none", "--orders", &day.display().to_string()];
+    let of_option = points(folder.path(), &other, &args);
+    assert_eq!(of_load, of_option);
+    // One operator serves twelve robots in an hour, however many there are.
+    assert!(of_load[1]["service_p99_secs"]["mean"].as_f64() > Some(3500.0), "{of_load}");
+}
+
+#[test]
+fn a_file_of_orders_comes_with_other_generators() {
+    let folder = tempfile::tempdir().expect("a folder");
+    plant(folder.path());
+    let load = "generators: [{orders: day.csv}, {per_hour: 60, among: [B0]}]";
+    let scenario = with_operator(folder.path(), "both.yaml", load);
+    assert!(points(folder.path(), &scenario, &[])[0]["throughput"].is_object());
+}
+
 #[test]
 fn what_is_wrong_with_a_day_or_a_target_is_told_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");

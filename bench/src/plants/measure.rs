@@ -348,7 +348,7 @@ mod tests {
     #[test]
     fn a_lack_of_room_is_no_failure() {
         let messages = "round 1: 0 of 10 runs done\n\
-                        16 robots, seed 1: no room: 8 of 16 robots fit where they wait\n\
+                        16 robots, seed 1: not all found a place: 8 of 16 robots fit where they wait\n\
                         8 robots, seed 2 failed: the manager has ended\n\
                         regatta: a.yaml: no\n";
         assert_eq!(failures(messages), ["8 robots, seed 2 failed: the manager has ended"]);

@@ -26,6 +26,9 @@ const PART_UNDER_WAY: f64 = 0.25;
 /// Said of layouts with edges that are too slow.
 const TOO_SLOW: &str = " (edges under 0.01 m/s are too slow to count: raise their speeds)";
 
+/// The beginning of what is said of stations that made-up orders don't have.
+pub const LEFT_OUT_OF_ORDERS: &str = "left out of the orders";
+
 /// Returns the text of a scenario for a layout: a managed fleet that carries made-up orders in its
 /// main part. If there is none, robots drive on random routes.
 ///
@@ -87,7 +90,7 @@ pub fn limits(graph: &RouteGraph) -> Vec<String> {
              fleet manager"
         )];
     };
-    let left_out = main.left_out.iter().map(|part| format!("left out of the orders: {part}"));
+    let left_out = main.left_out.iter().map(|part| format!("{LEFT_OUT_OF_ORDERS}: {part}"));
     left_out.chain(MadeUpLoad::new(&main.graph).other_stops(graph)).collect()
 }
 

@@ -38,9 +38,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use count::{ParseRobotCountError, RobotCount};
-pub use default_scenario::{default_scenario, limits};
+pub use default_scenario::{LEFT_OUT_OF_ORDERS, default_scenario, limits};
 pub use explain::{YamlProblem, closest};
 pub use made_up_load::MadeUpLoad;
+pub use names::find_edge;
 pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use robot_type::{Battery, ChargeRange, RobotType, Shape};

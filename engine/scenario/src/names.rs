@@ -8,6 +8,17 @@ use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 use super::explain::did_you_mean;
 use super::yaml::{Key, LegKey};
 
+/// The text between the two nodes of an edge.
+const BETWEEN_NODES: &str = "..";
+
+/// Returns the edge of a graph with an id or a name, or from a node to another as `FROM..TO`.
+///
+/// # Errors
+/// The reason, if there is none, or if there are several.
+pub fn find_edge(graph: &RouteGraph, edge: &Key) -> Result<EdgeIndex, String> {
+    Names::new(graph).edge(edge)
+}
+
 /// The names of a graph, which are indexed when the first one is looked up.
 pub(super) struct Names<'graph> {
     graph: &'graph RouteGraph,
@@ -46,7 +57,26 @@ impl<'graph> Names<'graph> {
     }
 
     fn edge(&self, key: &Key) -> Result<EdgeIndex, String> {
-        find(key, "edge", |id| self.graph.edge_by_id(id), || self.edges())
+        let found = find(key, "edge", |id| self.graph.edge_by_id(id), || self.edges());
+        let Key::Name(name) = key else { return found };
+        let nodes = name.split_once(BETWEEN_NODES).filter(|_| !self.edges().contains_key(name));
+        nodes.map_or(found, |(from, to)| self.between(name, [from, to]))
+    }
+
+    /// Returns the edge from a node to another one.
+    fn between(&self, name: &str, nodes: [&str; 2]) -> Result<EdgeIndex, String> {
+        let [from, to] = nodes.map(|node| self.node(&key_of(node.trim())));
+        let (from, to) = (from?, to?);
+        let edges = (0..).map(EdgeIndex).zip(self.graph.edges());
+        let edges = edges.filter(|(_, edge)| (edge.origin, edge.destination) == (from, to));
+        match edges.map(|(index, _)| index).collect::<Vec<_>>()[..] {
+            [edge] => Ok(edge),
+            [] => Err(format!("no edge of the graph leads from {} to {}", nodes[0], nodes[1])),
+            [first, ..] => Err(format!(
+                "several edges lead along '{name}', such as {}: give the id of one",
+                self.graph.edge(first).id
+            )),
+        }
     }
 
     fn leg_named(&self, name: &str) -> Result<(EdgeIndex, Gear), String> {
@@ -87,6 +117,11 @@ impl<'graph> Names<'graph> {
             index
         })
     }
+}
+
+/// Returns the key of a text: a number is an id first.
+fn key_of(text: &str) -> Key {
+    text.parse().map_or_else(|_| Key::Name(text.to_owned()), Key::Id)
 }
 
 /// Returns the only thing of a kind that a key stands for.

@@ -384,6 +384,11 @@ fn routes_name_edges() {
         legs.iter().map(|leg| (scenario.graph.edge(leg.edge).id, leg.gear)).collect();
     let [there, back] = [regatta_layout::Gear::Forward, regatta_layout::Gear::Reverse];
     assert_eq!(legs, [(1, there), (2, there), (2, back), (2, there)]);
+    let between = read_named("{route: [10..20, 20..dock, -20..30]}").expect("a route");
+    let Start::Route { legs, .. } = &between.groups[0].start else { panic!("a route") };
+    assert_eq!(legs.iter().map(|leg| leg.gear).collect::<Vec<_>>(), [there, there, back]);
+    let message = read_named("{route: [10..30]}").expect_err("no edge").to_string();
+    assert!(message.contains("no edge of the graph leads from 10 to 30"), "{message}");
     let message = read_named("{route: [inn]}").expect_err("unknown").to_string();
     assert!(message.contains("no edge with the id or the name 'inn'; did you mean 'in'?"));
 }

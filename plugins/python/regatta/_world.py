@@ -214,6 +214,27 @@ class World:
         hint = f"; did you mean {close[0]!r}?" if close else "; `regatta graph info` lists the nodes of a layout"
         raise ValueError(f"no node is called {name!r}{hint}")
 
+    def edge(self, name: str) -> int:
+        """Returns the id of an edge, given its name, its id as a text, or the nodes at its ends as ``"FROM..TO"``.
+
+        Raises ``ValueError`` if there is no such edge, or several.
+        """
+        ids = self.edges["id"]
+        if name.isascii() and name.isdigit() and int(name) in ids:
+            return int(name)
+        found = ids[self.edges["name"] == name].tolist() if name else []
+        origin, separator, destination = name.partition("..")
+        if separator and not found:
+            ends = [self.node(end.strip()) for end in (origin, destination)]
+            nodes = self.nodes["id"]
+            origins, destinations = (nodes[self.edges[end]] for end in ("origin", "destination"))
+            found = ids[(origins == ends[0]) & (destinations == ends[1])].tolist()
+        if len(found) == 1:
+            return int(found[0])
+        if found:
+            raise ValueError(f"{name!r} stands for several edges: {sorted(found)}; give an id")
+        raise ValueError(f"there is no edge {name!r}: give an id, a name, or the nodes at its ends as 'FROM..TO'")
+
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.robot_types)} robot types"
         return f"<regatta.World: revision {self.revision}, {counts}>"

@@ -42,8 +42,8 @@ def sample(cut: int = 0) -> Any:
     """Returns a world of two nodes, and two edges of two curves and one, without its last bytes."""
     nodes = [NodeRecord(id=1, name=2, zone=10, role=4), NodeRecord(id=2, name=17, level=10, zone=9_999)]
     edges = [
-        EdgeRecord(id=7, first_curve=0, curves=2, orientation=2, orientation_angle=1.5, level=10),
-        EdgeRecord(id=8, first_curve=2, curves=1, name=2),
+        EdgeRecord(id=7, destination=1, first_curve=0, curves=2, orientation=2, orientation_angle=1.5, level=10),
+        EdgeRecord(id=8, origin=1, first_curve=2, curves=1, name=2),
     ]
     curves = [line(0.0), line(3.0), line(6.0)]
     types = [RobotTypeRecord(name=b"tug", max_rotation_speed=0.5)]
@@ -109,6 +109,16 @@ def test_doors_and_lifts_have_their_members() -> None:
 
 def test_nodes_have_other_names() -> None:
     assert world_of(sample()).other_names == (("dock 1", 1),)
+
+
+def test_edges_are_found_by_id_name_and_nodes() -> None:
+    world = world_of(sample())
+    for name in ("8", "dock 1", "2..1", "2 .. dock 1"):
+        assert world.edge(name) == 8, name
+    assert world.edge("1..2") == 7
+    for name, reason in (("9", "no edge '9'"), ("", "no edge"), ("2..2", "no edge"), ("1..4", "no node")):
+        with pytest.raises(ValueError, match=reason):
+            world.edge(name)
 
 
 def test_stations_have_nodes_and_the_background_has_points() -> None:

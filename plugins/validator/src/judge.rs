@@ -421,6 +421,12 @@ impl Judge {
         self.contacts.len()
     }
 
+    /// The number of times so far in which robots with orders made no progress.
+    pub fn stalls(&self) -> u64 {
+        let kinds = [Kind::Standstill, Kind::Livelock, Kind::Stuck];
+        kinds.map(|kind| self.findings.count(kind)).iter().sum()
+    }
+
     /// Ends the judgement and returns its report.
     pub fn finish(mut self) -> Report {
         self.contacts.finish(&mut self.findings);

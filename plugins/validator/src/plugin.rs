@@ -78,6 +78,11 @@ impl Validator {
         Self { settings, judge: Judge::new(settings), ports: None, run_id: 0, robot_types: 0 }
     }
 
+    /// The number of times so far in which robots with orders made no progress.
+    pub fn stalls(&self) -> u64 {
+        self.judge.stalls()
+    }
+
     /// Ends the judgement, and returns its report.
     pub fn take_report(&mut self) -> Report {
         std::mem::replace(&mut self.judge, Judge::new(self.settings)).finish()

@@ -172,16 +172,17 @@ impl Progress {
 
     /// Finds robots that stand while others drive.
     fn judge_stuck(&mut self, now: Now, limit: f64, world: &WorldModel, findings: &mut Findings) {
-        if self.is_standstill_reported {
-            return;
-        }
         for (id, robot) in (0..).zip(&mut self.robots) {
             let Some(robot) = robot else { continue };
             let secs = now.seconds - robot.stands_since;
             if robot.is_reported {
                 findings.set_duration_of(Kind::Stuck, id, secs);
             }
-            if secs <= limit || std::mem::replace(&mut robot.is_reported, true) {
+            // A standstill of all robots is found once.
+            if self.is_standstill_reported
+                || secs <= limit
+                || std::mem::replace(&mut robot.is_reported, true)
+            {
                 continue;
             }
             findings.add(Kind::Stuck, || Finding {

@@ -23,7 +23,7 @@ const OBSERVERS: &str = "observers";
 const MASTER: &str = "master";
 const VALIDATOR: &str = "validator";
 /// The files of the observers, of which only the validator's is used.
-const FILES: [&str; 5] = ["traffic", "queues", "meter", "last", VALIDATOR];
+const FILES: [&str; 5] = ["traffic", "queues", "meter", "states", VALIDATOR];
 /// The longest time until all vehicles are there, and until the master's first order.
 const START: Duration = Duration::from_secs(60);
 /// The longest time until the first order of a master that has to be connected by hand.

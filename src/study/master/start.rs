@@ -4,6 +4,7 @@
 use regatta_base::random::Random;
 use regatta_layout::{Node, RouteGraph};
 use regatta_study::plan::{RobotGroup, Variant};
+use regatta_study::workers::NOT_ALL_PLACED;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -14,7 +15,7 @@ const CLEARANCE: f64 = 0.1;
 /// Returns the robots of a scenario, each at a node of its own, which the seed chooses.
 ///
 /// # Errors
-/// If the layout has no room for so many.
+/// If not all find a place.
 pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Value, Failure> {
     let wanted: u32 = groups.iter().map(|group| group.count).sum();
     let mut nodes = places(&variant.graph, wanted as usize, apart(variant), seed).into_iter();
@@ -23,7 +24,11 @@ pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Val
     for group in groups {
         for _ in 0..group.count {
             let node = nodes.next().ok_or_else(|| {
-                format!("no room for {wanted} vehicles: {room} fit at the nodes of the layout")
+                format!(
+                    "{NOT_ALL_PLACED}: {room} of {wanted} vehicles fit at nodes, {CLEARANCE} m \
+                     from each other however they turn, taken in the random order of the seed: \
+                     another seed may place more; use fewer, or a larger layout"
+                )
             })?;
             let mut robot = json!({ "node": node });
             if let Some(name) = &group.robot_type {
@@ -35,14 +40,14 @@ pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Val
     Ok(robots.into())
 }
 
-/// The number of vehicles that have room at nodes, up to `most`.
+/// The number of vehicles that find places at nodes, up to `most`.
 pub fn room(variant: &Variant, most: u32) -> u32 {
     places(&variant.graph, most as usize, apart(variant), 1).len() as u32
 }
 
 /// Metres between two vehicles, however they are turned.
 fn apart(variant: &Variant) -> f64 {
-    variant.robot().diameter() + CLEARANCE
+    variant.max_diameter() + CLEARANCE
 }
 
 /// Returns so many nodes, or all that there are, so far apart; the seed chooses them.
@@ -75,5 +80,19 @@ mod tests {
         assert!((0..9).all(|seed| chosen(seed).len() == 2), "{:?}", chosen(0));
         assert!((0..9).any(|seed| chosen(seed) != chosen(0)), "the seed chooses them");
         assert_eq!(places(&graph, 1, 1.0, 0).len(), 1);
+    }
+
+    #[test]
+    fn vehicles_without_a_place_are_told_as_in_other_studies() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("t.csv");
+        let text = "id,x,y\nA,0,0\nB,10,0\nC,10,0.5\n\nfrom,to\nA,B\nB,C\nC,A\n";
+        std::fs::write(&path, text).expect("written");
+        let variant = Variant::read(&path, &ReadOptions::default()).expect("a variant");
+        let time = regatta_study::plan::RunTime { secs: 60, rate_hz: 10 };
+        let groups = variant.job("t.csv", 3, 1, time, "").scenario.robots;
+        let error = robots(&variant, &groups, 1).expect_err("two places").to_string();
+        assert!(error.starts_with("not all found a place: 2 of 3 vehicles fit"), "{error}");
+        assert!(error.contains("another seed may place more"), "{error}");
     }
 }

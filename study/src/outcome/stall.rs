@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::clock;
 
+/// Times closer than this are the same frame's.
+const SAME_SECS: f64 = 1e-3;
 /// The largest number of robots that a text names.
 const MOST_NAMED: usize = 6;
 
@@ -36,19 +38,43 @@ pub struct Stall {
     pub robots: Vec<u32>,
     /// The place of the first of them, in metres east and north.
     pub place: Option<[f32; 2]>,
-    /// The robots that they waited for at the end of the run, as their manager says.
+    /// The time of what follows, in simulated seconds: that at which the stall was found, if it was
+    /// over at the end of the run; `None` for the end of the run.
+    #[serde(default)]
+    pub seen_secs: Option<f64>,
+    /// The robots that they waited for, as their manager says.
     pub waits_for: BTreeMap<u32, u32>,
-    /// The places at the end of the run, in metres east and north, of the robots and of those that
-    /// they waited for; empty if the stall was over by then.
+    /// The places, in metres east and north, of the robots and of those that they waited for; empty
+    /// if they aren't known.
     pub places: BTreeMap<u32, [f32; 2]>,
-    /// The robots that were held, broken or faulted at the end of the run; empty if the stall was
-    /// over by then.
+    /// The robots that were held, broken or faulted.
     pub out_of_service: Vec<u32>,
 }
 
-/// The state of a fleet at the end of a run.
+/// The states of a fleet that tell of its stalls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LastState {
+pub struct SeenStates {
+    /// That at the end of the run.
+    pub last: FleetState,
+    /// Those in which stalls were found, with their simulated times in seconds; at most
+    /// [`MOST`](Self::MOST).
+    pub found: Vec<(f64, FleetState)>,
+}
+
+impl SeenStates {
+    /// The most states that are kept.
+    pub const MOST: usize = 10;
+
+    /// Returns the state in which a stall was found, if it is known.
+    fn at(&self, secs: f64) -> Option<&FleetState> {
+        let found = self.found.iter().find(|(seen_secs, _)| (seen_secs - secs).abs() < SAME_SECS);
+        found.map(|(_, state)| state)
+    }
+}
+
+/// The state of a fleet at a time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FleetState {
     /// By robot: the robot that it waits for, as its manager says.
     pub waits_for: BTreeMap<u32, u32>,
     /// By robot: metres east and north.
@@ -79,48 +105,73 @@ struct FindingEntry {
 }
 
 /// Returns the stalls that the validator's report names, by kind, in the order of their
-/// beginnings. The run took `secs` simulated seconds, and ended in the state `last`.
+/// beginnings. The run took `secs` simulated seconds.
 ///
 /// # Errors
 /// If it isn't a report.
 pub fn stalls(
     report: serde_json::Value,
-    last: &LastState,
+    seen: &SeenStates,
     secs: f64,
 ) -> Result<Vec<Stall>, serde_json::Error> {
     let report: ReportEntry = serde_json::from_value(report)?;
     let mut stalls = Vec::new();
     for KindEntry { kind, examples } in report.kinds {
         let Ok(kind) = serde_json::from_value::<StallKind>(kind) else { continue };
-        stalls.extend(examples.into_iter().map(|finding| finding.stall(kind, last, secs)));
+        stalls.extend(examples.into_iter().map(|finding| finding.stall(kind, seen, secs)));
     }
     stalls.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.from_secs.total_cmp(&b.from_secs)));
     Ok(stalls)
 }
 
 impl FindingEntry {
-    fn stall(self, kind: StallKind, last: &LastState, secs: f64) -> Stall {
+    fn stall(self, kind: StallKind, seen: &SeenStates, secs: f64) -> Stall {
         let from_secs = self.time_secs - self.value.unwrap_or(0.0);
         let until_secs = self.duration_secs.map(|duration_secs| from_secs + duration_secs);
         // The validator looks once a second.
         let until_secs = until_secs.filter(|until_secs| *until_secs < secs - 2.0);
+        let (seen_secs, state) = match until_secs {
+            None => (None, Some(&seen.last)),
+            Some(_) => (Some(self.time_secs), seen.at(self.time_secs)),
+        };
         let (mut waits_for, mut places) = (BTreeMap::new(), BTreeMap::new());
         let mut out_of_service = Vec::new();
-        if until_secs.is_none() {
-            out_of_service.clone_from(&last.out_of_service);
-            waits_for.clone_from(&last.waits_for);
+        if let Some(state) = state {
+            out_of_service.clone_from(&state.out_of_service);
+            waits_for.clone_from(&state.waits_for);
             waits_for.retain(|robot, _| self.robots.contains(robot));
             let involved = self.robots.iter().chain(waits_for.values());
             places.extend(
-                involved.filter_map(|robot| Some((*robot, *last.places.get(*robot as usize)?))),
+                involved.filter_map(|robot| Some((*robot, *state.places.get(*robot as usize)?))),
             );
         }
         let Self { robots, place, .. } = self;
-        Stall { kind, from_secs, until_secs, robots, place, waits_for, places, out_of_service }
+        Stall {
+            kind,
+            from_secs,
+            until_secs,
+            robots,
+            place,
+            seen_secs,
+            waits_for,
+            places,
+            out_of_service,
+        }
     }
 }
 
 impl Stall {
+    /// Returns the time of [`places`](Self::places) in words, and whether the stall was over at the
+    /// end of the run.
+    pub fn seen(&self) -> String {
+        match (self.seen_secs, self.until_secs) {
+            (Some(seen_secs), Some(until_secs)) => {
+                format!("at {}, before it was over at {}", clock(seen_secs), clock(until_secs))
+            }
+            _ => "at the end of the run".to_owned(),
+        }
+    }
+
     /// Returns the time in words, such as `from 1:40 min on`.
     pub fn span(&self) -> String {
         let from = clock(self.from_secs);
@@ -169,7 +220,8 @@ impl fmt::Display for Stall {
                 notes.push(format!("robots {others} are out of service"));
             }
         }
-        if notes.is_empty() { Ok(()) } else { write!(f, " ({})", notes.join(", ")) }
+        let at = self.seen_secs.map_or_else(String::new, |secs| format!("at {}: ", clock(secs)));
+        if notes.is_empty() { Ok(()) } else { write!(f, " ({at}{})", notes.join(", ")) }
     }
 }
 
@@ -199,13 +251,24 @@ mod tests {
 
     #[test]
     fn a_report_has_stalls_with_robots_times_and_reasons() {
-        let last = LastState {
+        let last = FleetState {
             waits_for: BTreeMap::from([(0, 1), (1, 2), (7, 0)]),
             places: vec![[1.0, 2.5], [3.0, 2.5], [5.0, 2.5], [9.0, 0.0]],
             out_of_service: vec![2],
         };
-        let stalls = stalls(report(), &last, 1800.0).expect("a report");
-        assert_eq!(stalls[0].places, BTreeMap::new(), "it is over");
+        let earlier = FleetState {
+            waits_for: BTreeMap::from([(1, 0)]),
+            places: vec![[1.0, 2.5], [3.0, 0.5]],
+            out_of_service: Vec::new(),
+        };
+        let seen = SeenStates { last, found: vec![(400.0, earlier)] };
+        let unseen = SeenStates { found: Vec::new(), ..seen.clone() };
+        let unseen = stalls(report(), &unseen, 1800.0).expect("a report");
+        assert_eq!(unseen[0].places, BTreeMap::new(), "it is over");
+        let stalls = stalls(report(), &seen, 1800.0).expect("a report");
+        assert_eq!(stalls[0].places, BTreeMap::from([(0, [1.0, 2.5]), (1, [3.0, 0.5])]));
+        assert_eq!(stalls[0].seen(), "at 6:40 min, before it was over at 7:00 min");
+        assert_eq!(stalls[1].seen(), "at the end of the run");
         let involved: Vec<u32> = stalls[1].places.keys().copied().collect();
         assert_eq!(involved, [0, 1, 2]);
         let said: Vec<String> = stalls.iter().map(ToString::to_string).collect();
@@ -213,7 +276,7 @@ mod tests {
             said,
             [
                 "all robots with orders stand from 1:40 min to 7:00 min: robots 0, 1, the first \
-                 of them at (1.0, 2.5) m",
+                 of them at (1.0, 2.5) m (at 6:40 min: 1 waits for 0)",
                 "all robots with orders stand from 20:00 min on: robots 0, 1, the first of them \
                  at (1.0, 2.5) m (0 waits for 1, 1 waits for 2, robot 2 is out of service)",
                 "robot 3 stands at (1.0, 2.5) m with an order from 1:40 min on, while others \
@@ -225,6 +288,6 @@ mod tests {
     #[test]
     fn a_report_without_stalls_has_none() {
         let report = json!({"kinds": [{"kind": "idle", "count": 0, "examples": []}]});
-        assert_eq!(stalls(report, &LastState::default(), 60.0).expect("a report"), []);
+        assert_eq!(stalls(report, &SeenStates::default(), 60.0).expect("a report"), []);
     }
 }

@@ -24,8 +24,7 @@ pub(super) fn assumptions(answer: &Answer, of: &str) -> Vec<Block> {
     };
     let layout = format!("{} nodes and {} edges.", variant.nodes, variant.edges);
     let remarks = answer.certificate.iter().take(MOST_REMARKS).cloned();
-    let whose = of_type(answer).filter(|_| !answer.certificate.is_empty());
-    let layout: Vec<String> = std::iter::once(layout).chain(whose).chain(remarks).collect();
+    let layout: Vec<String> = std::iter::once(layout).chain(remarks).collect();
     let rows = [
         ["assumption", "value"].map(str::to_owned),
         ["robots".to_owned(), robots(variant)],
@@ -42,12 +41,6 @@ pub(super) fn assumptions(answer: &Answer, of: &str) -> Vec<Block> {
         Block::Heading(2, format!("{of}Assumptions")),
         Block::Table(rows.map(|row| row.to_vec()).to_vec()),
     ]
-}
-
-/// Tells the robot type that what the layout allows is about, if there are several in use.
-pub(super) fn of_type(answer: &Answer) -> Option<String> {
-    let name = answer.certificate_type.as_ref()?;
-    Some(format!("For robots of {name}:"))
 }
 
 /// The sizes and the speeds of the robots, by type if there are several.

@@ -2,7 +2,7 @@
 
 use regatta_base::{grouped, thousands};
 
-use super::assumptions::{assumptions, of_type, repeat};
+use super::assumptions::{assumptions, repeat};
 use super::caveats::{caveats, has_findings, safety};
 use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
@@ -17,6 +17,7 @@ use crate::answer::{Answer, Comparison, Difference, NoRoom, PointAnswer, Variant
 use crate::bottleneck::Bottleneck;
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
+use crate::workers::NOT_ALL_PLACED;
 
 /// Returns the blocks of a study's page. `base` is the first variant, and `command` the command
 /// line of the study.
@@ -51,7 +52,6 @@ pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     if !answer.certificate.is_empty() {
         blocks
             .push(Block::Heading(2, format!("{}What the layout allows", first_of_several(answer))));
-        blocks.extend(of_type(answer).map(Block::Text));
         blocks.extend(answer.certificate.iter().cloned().map(Block::Text));
     }
     blocks.push(Block::Heading(2, "Method".to_owned()));
@@ -66,20 +66,22 @@ pub fn title(answer: &Answer) -> String {
     format!("How many robots does {} {verb}?", answer.title)
 }
 
-/// Returns the picture of the first variant's first stall that lasted to the end of its run, that
-/// of the fewest robots.
+/// Returns the picture of the first variant's first stall whose places are known, that of the
+/// fewest robots.
 fn stall_picture(answer: &Answer, base: &Variant) -> Option<Block> {
     let variant = answer.variants.first()?;
     for point in &variant.points {
         for run in point.stalled() {
-            let mut svgs = run.stalls.iter().filter_map(|stall| stall_map(&base.graph, stall));
-            if let Some(svg) = svgs.next() {
+            let mut svgs =
+                run.stalls.iter().filter_map(|stall| Some((stall, stall_map(&base.graph, stall)?)));
+            if let Some((stall, svg)) = svgs.next() {
                 let robots = robots_in_words(point.robots);
                 let caption = format!(
-                    "{}{robots}, seed {}, at the end of the run: robots without progress in \
+                    "{}{robots}, seed {}, {}: robots without progress in \
                      orange, others in grey; arrows lead to the robot that each waits for",
                     first_of_several(answer),
-                    run.seed
+                    run.seed,
+                    stall.seen()
                 );
                 return Some(picture("stall", &caption, svg));
             }
@@ -203,8 +205,12 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             text(point.orders_per_hour.filter(|_| !has_too_few(point)), |orders| {
                 format!("{:.2}", orders.mean / f64::from(point.robots))
             }),
-            text(point.service_p50_secs, |interval| format!("{:.0} s", interval.mean)),
-            text(point.service_p99_secs, |interval| format!("{:.0} s", interval.mean)),
+            text(point.service_p50_secs.filter(|_| !has_too_few(point)), |interval| {
+                format!("{:.0} s", interval.mean)
+            }),
+            text(point.service_p99_secs.filter(|_| !has_too_few(point)), |interval| {
+                format!("{:.0} s", interval.mean)
+            }),
             text(point.utilisation, percent),
             text(point.waiting, percent),
             text(point.empty, percent),
@@ -231,9 +237,9 @@ fn no_room(variant: &VariantAnswer, NoRoom { robots, seeds, reason }: &NoRoom) -
     let list: Vec<String> = seeds.iter().map(u64::to_string).collect();
     let list = list.join(", ");
     match (fits, seeds.len()) {
-        (false, _) => format!("With {robots}, not all found a place: {reason}."),
-        (true, 1) => format!("With {robots}, not all found a place with seed {list}: {reason}."),
-        (true, _) => format!("With {robots}, not all found a place with seeds {list}: {reason}."),
+        (false, _) => format!("With {robots}, {NOT_ALL_PLACED}: {reason}."),
+        (true, 1) => format!("With {robots}, {NOT_ALL_PLACED} with seed {list}: {reason}."),
+        (true, _) => format!("With {robots}, {NOT_ALL_PLACED} with seeds {list}: {reason}."),
     }
 }
 

@@ -110,6 +110,7 @@ mod tests {
             until_secs: None,
             robots: vec![0, 3],
             place: None,
+            seen_secs: None,
             waits_for: BTreeMap::from([(0, 7), (3, 0)]),
             places: BTreeMap::from([(0, [2.0, 0.0]), (3, [4.0, 0.0]), (7, [0.0, 0.0])]),
             out_of_service: Vec::new(),

@@ -9,6 +9,7 @@ use crate::outcome::{Stall, StallKind};
 use crate::plan::robots_in_words;
 use crate::statistics::Interval;
 use crate::words::{Kind, NOT_KNOWN, in_words};
+use crate::workers::NOT_ALL_PLACED;
 
 /// The least orders of a busy robot in a run for a throughput: with fewer, those that are under
 /// way at the beginning and at the end count too much.
@@ -196,7 +197,7 @@ fn with_fewer_orders(point: &PointAnswer, knee: &KneeAnswer) -> Option<String> {
     let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
     let waits = format!("robots wait in traffic {waiting:.0} % of their time");
     let some = orders_in_words(point)?;
-    Some(match orders.is_known() || (orders.mean == 0.0 && !has_too_few(point)) {
+    Some(match (orders.is_known() || orders.mean == 0.0) && !has_too_few(point) {
         true if is_less(point, knee) => {
             format!(" With {count}, it is less: {some} orders an hour; {waits}.")
         }
@@ -367,8 +368,7 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
     let failed = variant.failed.iter().find(|(more, _)| *more > robots);
     match (without_room, failed) {
         (Some(NoRoom { robots: more, reason, .. }), None) => {
-            let reason =
-                format!("With {}, not all found a place: {reason}", robots_in_words(*more));
+            let reason = format!("With {}, {NOT_ALL_PLACED}: {reason}", robots_in_words(*more));
             limited(count, throughput, &reason, between(robots, *more))
         }
         (_, Some((more, reason))) => {
@@ -416,11 +416,11 @@ pub(super) fn orders_in_words(point: &PointAnswer) -> Option<String> {
     })
 }
 
-/// Whether all orders that a number of robots finished were finished in the warm-ups, so that its
-/// throughput isn't known.
+/// Whether a number of robots finished too few orders for a figure, or all of them in the warm-ups,
+/// so that its throughput isn't known.
 pub(super) fn has_too_few(point: &PointAnswer) -> bool {
     let is_zero = point.orders_per_hour.is_some_and(|orders| orders.mean == 0.0);
-    is_zero && point.finished_orders > 0
+    point.finished_orders > 0 && (is_zero || too_few_orders(point).is_some())
 }
 
 /// Returns a throughput with half of its interval, if it is known.

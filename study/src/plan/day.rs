@@ -12,9 +12,6 @@ use crate::job::{Ending, IN_TURN, Manager};
 /// The latest end of a day, in seconds: some 30 years, which no run takes.
 const LATEST_SECS: f64 = 1e9;
 
-/// The key of a load with the time until orders without a deadline must be finished.
-const DEADLINE: &str = "deadline";
-
 /// The time of day at which the runs of a day begin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DayClock {
@@ -85,21 +82,10 @@ impl Day {
         (last_secs + self.shift_secs).min(LATEST_SECS).ceil() as u64
     }
 
-    /// Returns the day as a load, with the times that a given one has for stops and orders without
-    /// any, and its storages.
-    fn load(&self, given: Option<Load>) -> Load {
-        let mut load = Load::default();
-        if let Some(part) = given.as_ref().and_then(Load::part_with_file) {
-            load.dwell = part.dwell.clone();
-            let deadline = part.rest.get_key_value(DEADLINE);
-            load.rest.extend(deadline.map(|(key, value)| (key.clone(), value.clone())));
-        }
-        for key in ["groups", "storages"] {
-            let part = given.as_ref().and_then(|given| given.rest.get_key_value(key));
-            load.rest.extend(part.map(|(key, value)| (key.clone(), value.clone())));
-        }
-        load.dwell = load.dwell.or_else(|| given?.dwell);
-        load.rest.insert("timetable".to_owned(), self.timetable.clone().into());
+    /// Returns the day as a load, with what a given one says of stops, stations and storages.
+    fn load(&self, given: Option<&Load>) -> Load {
+        let mut load = given.map(Load::without_orders).unwrap_or_default();
+        load.set_timetable(self.timetable.clone());
         load.rest.insert("scale".to_owned(), self.scale.into());
         load.rest.insert("shift".to_owned(), self.shift_secs.into());
         load.rest.extend(self.block_secs.map(|secs| ("resample".to_owned(), secs.into())));
@@ -114,7 +100,7 @@ impl Variant {
     /// [`PlanError::CutOffStops`] if a stop isn't on the roads that can be used, or as
     /// [`read`](Self::read).
     pub fn with_day(mut self, day: &Arc<Day>) -> Result<Self, PlanError> {
-        let given = self.setup.load.take();
+        let given = self.setup.load.take().filter(|_| !self.is_load_made_up);
         if self.is_load_made_up {
             if let Manager::BuiltIn(args) = &mut self.manager {
                 args.retain(|arg| arg != IN_TURN);
@@ -122,7 +108,7 @@ impl Variant {
             self.is_load_made_up = false;
         }
         self.other_stops = None;
-        self.setup = Setup { load: Some(day.load(given)), ..self.setup };
+        self.setup = Setup { load: Some(day.load(given.as_ref())), ..self.setup };
         (self.load, self.day) = (day.in_words(), Some(Arc::clone(day)));
         self.set_roads()?;
         Ok(self)

@@ -10,6 +10,12 @@ use serde_json::{Map, Number, Value};
 const ORDERS: &str = "orders";
 /// The key of a load with the names of the robot types that its orders are for.
 const ROBOT_TYPES: &str = "robot_types";
+/// The key of a load with the text of a file of orders.
+const TIMETABLE: &str = "timetable";
+/// The keys of a load that a day's orders don't replace.
+const KEPT: [&str; 3] = ["groups", "stations", "storages"];
+/// The keys of a file of orders in a load that hold for the orders of any file.
+const KEPT_OF_FILE: [&str; 2] = ["deadline", "robot_types"];
 
 /// The scenario of a job, as its file holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -160,10 +166,49 @@ impl Load {
         self.rest.get("endless").is_some_and(|orders| orders == "robots")
     }
 
-    /// Whether orders of it or of one of its generators are for some robot types only.
-    pub fn names_robot_types(&self) -> bool {
+    /// Whether orders of it or of one of its generators may be for some robot types only.
+    pub fn may_name_robot_types(&self) -> bool {
         let mut generators = self.generators.iter().flatten();
-        self.rest.contains_key(ROBOT_TYPES) || generators.any(Self::names_robot_types)
+        let mut keys = [ROBOT_TYPES, TIMETABLE].into_iter();
+        keys.any(|key| self.rest.contains_key(key)) || generators.any(Self::may_name_robot_types)
+    }
+
+    /// Returns what is left of a load if the orders of a day take the place of its own: its seed,
+    /// its groups, stations and storages, and what it says about orders that lack times at stops,
+    /// deadlines or robot types.
+    #[must_use]
+    pub fn without_orders(&self) -> Self {
+        let part = self.part_with_file();
+        let of_file = part.map(|part| kept(&part.rest, &KEPT_OF_FILE));
+        let rest = kept(&self.rest, &KEPT).chain(of_file.into_iter().flatten()).collect();
+        let dwell = part.and_then(|part| part.dwell.clone()).or_else(|| self.dwell.clone());
+        Self { seed: self.seed, dwell, generators: None, rest }
+    }
+
+    /// Returns the groups, stations and storages of a load, without any orders.
+    #[must_use]
+    pub fn without_generators(&self) -> Self {
+        let rest = kept(&self.rest, &KEPT).collect();
+        Self { generators: Some(Vec::new()), rest, ..Self::default() }
+    }
+
+    /// Returns the part that reads a file of orders if there is no other source of orders.
+    pub fn only_file(&self) -> Option<&Self> {
+        match self.generators.as_deref() {
+            None | Some([_]) => self.part_with_file(),
+            Some(_) => None,
+        }
+    }
+
+    /// The file of orders that this part reads.
+    pub fn file_of_orders(&self) -> Option<String> {
+        self.rest.get(ORDERS).map(plain)
+    }
+
+    /// Puts the text of the file of orders in the place of its name.
+    pub fn set_timetable(&mut self, text: String) {
+        self.rest.remove(ORDERS);
+        self.rest.insert(TIMETABLE.to_owned(), text.into());
     }
 
     /// Whether it or one of its generators reads a file of orders.
@@ -205,6 +250,15 @@ impl Load {
             None => self.dwell = Some(dwell.clone()),
         }
     }
+}
+
+/// Returns the entries of a mapping with some keys.
+fn kept<'a>(
+    rest: &'a Map<String, Value>,
+    keys: &'a [&str],
+) -> impl Iterator<Item = (String, Value)> + 'a {
+    let entries = keys.iter().filter_map(|key| rest.get_key_value(*key));
+    entries.map(|(key, value)| (key.clone(), value.clone()))
 }
 
 /// Returns a value as a text, without the quotation marks of JSON.

@@ -43,7 +43,7 @@ settings! {
     Load = "load",
     /// The dwell time at stops of all generators: seconds, or `{min, max}`.
     Dwell = "dwell",
-    /// Edges that are closed: a list of ids.
+    /// Edges that are closed: a list of ids, names or nodes as `FROM..TO`.
     Closed = "closed",
     /// Breakdowns of a robot per hour; they take the scenario's time to repair, or five minutes.
     BreakdownsPerHour = "breakdowns_per_hour",

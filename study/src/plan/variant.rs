@@ -1,5 +1,6 @@
 //! A variant: a plant, its robots, its load and its manager, for any number of robots and any seed.
 
+mod prune;
 mod roads;
 mod settings;
 
@@ -10,7 +11,7 @@ use std::sync::Arc;
 use regatta_layout::traffic::{self, Turning};
 use regatta_layout::{Format, ReadOptions, Role, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
-use regatta_scenario::{MadeUpLoad, Overrides, Scenario, Warnings};
+use regatta_scenario::{LEFT_OUT_OF_ORDERS, MadeUpLoad, Overrides, Scenario, Warnings};
 use serde::{Deserialize, Serialize};
 
 use super::scenario::{Breakdowns, Load, RobotGroup, RobotType, Routes, RunScenario, Setup};
@@ -125,7 +126,7 @@ impl Variant {
             left_out_stops: BTreeSet::new(),
             other_stops: None,
             assumptions: read.assumptions,
-            warnings: read.warnings,
+            warnings: without_left_out(read.warnings),
             whole: read.graph,
             unread: unread_files(&plugins),
             manager: Manager::BuiltIn(kept_arguments(&plugins)),
@@ -226,30 +227,27 @@ impl Variant {
         largest.unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the largest robot type in use, as certificates of traffic describe it; the default
-    /// one, which never turns on the spot, of a scenario without types.
-    pub fn robot(&self) -> traffic::RobotType {
-        self.robot_of(self.largest().name.as_deref())
-    }
-
-    /// Returns the name of that type if there are several in use: `type amr, the largest …`.
-    pub fn robot_in_words(&self) -> Option<String> {
-        let name = self.type_of(self.largest().name.as_deref()).map(|kind| &kind.name)?;
-        let types = self.types.len();
-        (types > 1).then(|| format!("type `{name}`, the largest of {types} in use"))
-    }
-
-    /// Returns the type in use with the largest footprint, the first one of equal ones.
-    fn largest(&self) -> TypeShare {
-        let mut largest: Option<(f64, &TypeShare)> = None;
+    /// Returns the robot types in use, as certificates of traffic describe them, with their names,
+    /// the largest footprint first; the default one, which never turns on the spot, of a scenario
+    /// without types.
+    pub fn robots(&self) -> Vec<(String, traffic::RobotType)> {
+        let mut robots: Vec<(String, traffic::RobotType)> = Vec::new();
         for share in &self.types {
-            let area = self.robot_of(share.name.as_deref()).area();
-            if largest.is_none_or(|(most, _)| area > most) {
-                largest = Some((area, share));
-            }
+            let name = self.type_of(share.name.as_deref()).map(|kind| kind.name.clone());
+            robots.push((name.unwrap_or_default(), self.robot_of(share.name.as_deref())));
         }
-        let default = TypeShare { name: None, weight: 1.0 };
-        largest.map_or(default, |(_, share)| share.clone())
+        robots.sort_by(|(_, a), (_, b)| b.area().total_cmp(&a.area()));
+        robots
+    }
+
+    /// Returns the length of the longest robot type in use, in metres.
+    pub fn max_length(&self) -> f64 {
+        self.robots().iter().map(|(_, robot)| robot.length()).fold(0.0, f64::max)
+    }
+
+    /// Returns the largest diameter of the circle around a robot type in use, in metres.
+    pub fn max_diameter(&self) -> f64 {
+        self.robots().iter().map(|(_, robot)| robot.diameter()).fold(0.0, f64::max)
     }
 
     /// Returns the robot types in use, with their numbers in a fleet.
@@ -317,7 +315,7 @@ impl Variant {
         let (mut setup, groups) = (self.setup.clone(), self.groups(robots));
         setup.load.get_or_insert_default().seed = Some(seed);
         let load = setup.load.as_ref();
-        let names_types = load.is_some_and(|load| load.names_robot_types() || load.names_a_file());
+        let names_types = load.is_some_and(Load::may_name_robot_types);
         if let Some(types) = setup.robot_types.as_mut().filter(|_| !names_types) {
             // A manager keeps room for the largest type that it knows.
             let first = types.first().map(|kind| kind.name.clone());
@@ -387,6 +385,13 @@ impl Variant {
             args.push(IN_TURN.to_owned());
         }
     }
+}
+
+/// Returns warnings without those about stations that a default scenario leaves out: a study tells
+/// itself what it leaves out.
+fn without_left_out(mut warnings: Warnings) -> Warnings {
+    warnings.of_scenario.retain(|line| !line.contains(LEFT_OUT_OF_ORDERS));
+    warnings
 }
 
 /// Returns the robot types of a scenario's groups, with the numbers of their robots.

@@ -51,7 +51,7 @@ impl Candidate {
 
 /// The length and the width of the robots, in metres.
 fn size(variant: &Variant) -> [f64; 2] {
-    [variant.robot().length(), variant.max_width()]
+    [variant.max_length(), variant.max_width()]
 }
 
 fn labels(variant: &Variant, node: u32) -> Option<Labels> {

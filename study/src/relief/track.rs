@@ -117,7 +117,7 @@ pub fn candidates(site: &Site<'_>) -> Vec<Candidate> {
             about,
             robots,
         });
-        if let Some(edges) = middle(graph, &track, site.variant.robot().length()) {
+        if let Some(edges) = middle(graph, &track, site.variant.max_length()) {
             candidates.push(Candidate {
                 remedy: Remedy::PassingPlace(edges),
                 words: format!("a passing place in the middle of {between}"),

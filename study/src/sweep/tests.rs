@@ -124,6 +124,7 @@ fn stalling(most: u32) -> (Curve, Known) {
                             until_secs: None,
                             robots: vec![0],
                             place: None,
+                            seen_secs: None,
                             waits_for: BTreeMap::new(),
                             places: BTreeMap::new(),
                             out_of_service: Vec::new(),

@@ -6,6 +6,7 @@
 mod blocks;
 mod drawing;
 mod element;
+mod lengths;
 mod locations;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -18,13 +19,14 @@ use glam::DVec2;
 use self::blocks::Blocks;
 use self::drawing::Drawing;
 use self::element::Element;
+use self::lengths::OtherLengths;
+pub(crate) use self::lengths::{LENGTH, millimetres_of};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
-use crate::model::path::Path;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::file::{Ignored, Source, SyntaxError};
-use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode};
 
 /// The prefix of the names of properties that our writer adds.
 pub(crate) const OWN: &str = "regatta:";
@@ -62,6 +64,7 @@ pub(crate) fn read<'text>(
         drawing: Drawing::default(),
         left_out: BTreeMap::new(),
         locked: Vec::new(),
+        other_lengths: OtherLengths::default(),
         inherited: 0,
     };
     reader.version(&mut model);
@@ -90,6 +93,7 @@ struct Reader<'r, 'text> {
     left_out: BTreeMap<&'static str, Vec<(u32, String)>>,
     /// The byte offsets and names of the locked locations.
     locked: Vec<(u32, String)>,
+    other_lengths: OtherLengths,
     /// The number of bytes that locations have inherited from their types.
     inherited: usize,
 }
@@ -130,6 +134,7 @@ impl Reader<'_, '_> {
         let (mut edges, edge_owns): (Vec<_>, Vec<_>) =
             paths.filter_map(|element| self.edge(element, &positions, &blocks)).unzip();
         self.report_left_out();
+        self.other_lengths.report(self.report);
         let zones = blocks.zones(&nodes, &edges);
         self.drawing.report(self.report);
         let mut stations = self.stations(model, &blocks);
@@ -234,7 +239,8 @@ impl Reader<'_, '_> {
         }
         let ends = [&origin, &destination].map(|end| (end.as_str(), positions.get(end).copied()));
         let shape = self.drawing.shape(&id, &mut element, ends, &mut self.ignored);
-        drop_length(&mut element, &shape, ends.map(|(_, position)| position));
+        let positions = ends.map(|(_, position)| position);
+        self.other_lengths.take(&id, &mut element, &shape, positions);
         let mut tags = self.tags(&mut element, "a path");
         self.rest(element, "a path", &mut tags);
         blocks.tag(&id, &mut tags);
@@ -310,32 +316,6 @@ impl Reader<'_, '_> {
             }
         }
     }
-}
-
-/// The property for the length of a path in millimetres.
-pub(crate) const LENGTH: &str = "opentcs:length";
-
-/// Drops the length of a path if it equals that of its shape. Another length is a cost for routing.
-fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVec2>; 2]) {
-    let metres = match shape {
-        Shape::Straight => from.zip(to).map(|(from, to)| from.distance(to)),
-        Shape::Cubics(cubics) => Path::from_cubics(cubics).map(|path| path.length()),
-    };
-    let given = element.get("length").and_then(|length| length.trim().parse::<f64>().ok());
-    if let (Some(given), Some(metres)) = (given, metres)
-        && (given - millimetres_of(metres)).abs() <= 1.0
-    {
-        element.take(&["length"]);
-    }
-    // Layouts of other formats may have a property `length` in another unit.
-    for (name, _) in element.attributes.iter_mut().filter(|(name, _)| *name == "length") {
-        *name = LENGTH;
-    }
-}
-
-/// Returns a length in whole millimetres, at least 1, because paths need a length.
-pub(crate) fn millimetres_of(metres: f64) -> f64 {
-    (metres * 1000.0).round().max(1.0)
 }
 
 /// Reverses an edge that may be driven in reverse only. Robots then drive it forwards, tail first.

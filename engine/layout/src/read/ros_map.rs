@@ -11,6 +11,7 @@ mod roadmap;
 mod skeleton;
 #[cfg(test)]
 mod tests;
+mod throats;
 
 use std::path::{Path, PathBuf};
 
@@ -138,6 +139,35 @@ fn report_roadmap(roadmap: &Roadmap, grid: &Grid, width: u32, report: &mut Repor
         );
         report.file_warning(0, message);
     }
+    if !roadmap.edges.is_empty() {
+        report_throats(roadmap, grid, width, report);
+    }
+}
+
+/// Tells that passages may have no road though the robot fits through them, as cells are large.
+fn report_throats(roadmap: &Roadmap, grid: &Grid, width: u32, report: &mut Report<'_>) {
+    let robot_cells = f64::from(width) / 1000.0 / grid.resolution;
+    if roadmap.apart.is_none() && !throats::is_coarse(robot_cells) {
+        return;
+    }
+    let least = throats::sure_width(robot_cells) * grid.resolution;
+    let apart = roadmap.apart.map(|nodes| nodes.map(|node| grid.metres(node)));
+    let apart = apart.map_or_else(String::new, |[one, other]| {
+        format!(
+            ", and the roads at ({:.1} m, {:.1} m) and ({:.1} m, {:.1} m) aren't connected, though \
+             such a robot fits through between them",
+            one.x, one.y, other.x, other.y
+        )
+    });
+    report.assumption(
+        0,
+        format!(
+            "passages of less than {least:.2} m may have no road, for robots of {width} mm on \
+             cells of {} m{apart}: give a map of a finer `resolution`, or a smaller `--skeleton \
+             WIDTH`, which takes robots closer to walls",
+            grid.resolution
+        ),
+    );
 }
 
 /// Returns the free areas whose skeleton is a point, in words.

@@ -19,7 +19,7 @@ use super::web::{self, Web, WebError};
 /// The sources of a manager's orders, and their store.
 #[derive(Args, Clone, Debug, Default)]
 pub struct OrderSettings {
-    /// File of transport orders with times: CSV, XLSX or YAML
+    /// File of transport orders with times: CSV, XLSX, Parquet or YAML
     #[arg(long, value_name = "FILE")]
     pub orders: Option<PathBuf>,
     /// YAML file with a load: generators of orders [default: that of the scenario, under `regatta

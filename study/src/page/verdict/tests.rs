@@ -71,6 +71,7 @@ fn stalled(kind: StallKind, robots: Vec<u32>, orders: f64) -> Measured {
         until_secs: None,
         robots,
         place: None,
+        seen_secs: None,
         waits_for: Default::default(),
         places: Default::default(),
         out_of_service: Vec::new(),
@@ -178,6 +179,15 @@ fn orders_of_the_warm_up_alone_are_no_throughput() {
     let figure = |answer: &Answer| orders_in_words(&answer.variants[0].points[0]);
     assert_eq!(figure(&fate(1)).as_deref(), Some("not known"));
     assert_eq!(figure(&fate(0)).as_deref(), Some("0.0 ± 0.0"));
+    let few = answer("1", |_, _| Ok(Measured { finished_orders: 2, ..measured(4.0) }));
+    assert_eq!(figure(&few).as_deref(), Some("not known"), "as the answer says");
+}
+
+#[test]
+fn the_words_of_another_program_end_no_sentence() {
+    let failed = answer("1", |_, _| Err(RunFailure::Failed("see --help.".to_owned())));
+    let said = verdict(&failed, &failed.variants[0]);
+    assert_eq!(said, "no run has succeeded: see --help.");
 }
 
 #[test]
@@ -224,8 +234,8 @@ fn what_the_layout_allows_names_its_robots_and_what_was_assumed_of_it() {
     };
     let small = "{count: 1, type: small, routes: none}";
     let (both, assumed) = page(&format!("{small}, {{count: 1, type: large, routes: none}}"));
-    let row = "3 nodes and 3 edges. For robots of type `large`, the largest of 2 in use: ";
-    assert!(both.contains(row), "{both}");
+    let row = "3 nodes and 3 edges. For robots of type `large`: ";
+    assert!(both.contains(row) && both.contains("For robots of type `small`: "), "{both}");
     assert!(!page(small).0.contains("For robots of type"), "{}", page(small).0);
     let speeds = "**Assumed about the layout**: 3 edges have no speed limit: 1 m/s is used";
     assert!(assumed.contains(speeds), "{assumed}");

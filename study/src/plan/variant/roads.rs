@@ -9,14 +9,12 @@ use regatta_layout::{EdgeChange, NodeIndex, Role, RouteGraph};
 use serde_json::Value;
 
 use super::Variant;
+use super::prune::{Lost, prune};
 use crate::plan::PlanError;
 use crate::plan::scenario::Load;
 
 /// The keys of a load with stops.
-const STOPS: [&str; 3] = ["from", "to", "among"];
-
-/// The part of a load of which all nodes are left out.
-struct Lost(String);
+pub(super) const STOPS: [&str; 3] = ["from", "to", "among"];
 
 impl Variant {
     /// Sets the roads: the main part of the whole layout, which is that with the most stops that
@@ -219,88 +217,14 @@ fn has_role(purposes: &[Role], role: Role) -> bool {
 }
 
 /// Returns the names of the groups of nodes of a load.
-fn group_names(load: &Load) -> BTreeSet<String> {
+pub(super) fn group_names(load: &Load) -> BTreeSet<String> {
     match load.rest.get("groups") {
         Some(Value::Object(groups)) => groups.keys().cloned().collect(),
         _ => BTreeSet::new(),
     }
 }
 
-/// Takes nodes out of a load. Returns the generators that have lost all of their stops, in words:
-/// they are taken out, too.
-fn prune(load: &mut Load, left_out: &BTreeSet<String>) -> Result<Vec<String>, Lost> {
-    if let Some(Value::Object(groups)) = load.rest.get_mut("groups") {
-        for (name, nodes) in groups {
-            prune_list(&format!("group {name}"), nodes, left_out)?;
-        }
-    }
-    prune_storages(load, left_out)?;
-    let groups = group_names(load);
-    prune_stops(load, &groups, left_out)?;
-    let Some(generators) = &mut load.generators else { return Ok(Vec::new()) };
-    let (mut kept, mut lost, mut error) = (Vec::new(), Vec::new(), None);
-    for (mut generator, number) in std::mem::take(generators).into_iter().zip(1..) {
-        match prune_stops(&mut generator, &groups, left_out) {
-            Ok(()) => kept.push(generator),
-            Err(reason) => {
-                lost.push(format!(
-                    "generator {number} of the load, to whose stops robots can't drive and back"
-                ));
-                error = error.or(Some(reason));
-            }
-        }
-    }
-    *generators = kept;
-    match error.filter(|_| generators.is_empty()) {
-        Some(error) => Err(error),
-        None => Ok(lost),
-    }
-}
-
-/// Takes nodes out of the lists of storages.
-fn prune_storages(load: &mut Load, left_out: &BTreeSet<String>) -> Result<(), Lost> {
-    let Some(Value::Array(storages)) = load.rest.get_mut("storages") else { return Ok(()) };
-    for (storage, number) in storages.iter_mut().zip(1..) {
-        for key in ["at", "full"] {
-            let Some(nodes) = storage.get_mut(key) else { continue };
-            let lost = prune_list(&format!("storage {number}"), nodes, left_out);
-            // No place may be full.
-            if key == "at" {
-                lost?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Takes nodes out of the stops of a generator. `groups` are the names of groups of nodes.
-fn prune_stops(
-    load: &mut Load,
-    groups: &BTreeSet<String>,
-    left_out: &BTreeSet<String>,
-) -> Result<(), Lost> {
-    for key in STOPS {
-        let Some(nodes) = load.rest.get_mut(key) else { continue };
-        prune_list(key, nodes, left_out)?;
-        let name = label(nodes);
-        if !nodes.is_array() && left_out.contains(&name) && !groups.contains(&name) {
-            return Err(Lost(format!("{key}: {name}")));
-        }
-    }
-    Ok(())
-}
-
-/// Takes nodes out of a list. Other values name no nodes one by one.
-fn prune_list(name: &str, nodes: &mut Value, left_out: &BTreeSet<String>) -> Result<(), Lost> {
-    let Value::Array(nodes) = nodes else { return Ok(()) };
-    let was_empty = nodes.is_empty();
-    nodes.retain(|node| !left_out.contains(&label(node)));
-    if !nodes.is_empty() || was_empty {
-        return Ok(());
-    }
-    Err(Lost(name.to_owned()))
-}
-
-fn label(node: &Value) -> String {
+/// Returns a label of a node, as a text.
+pub(super) fn label(node: &Value) -> String {
     node.as_str().map_or_else(|| node.to_string(), str::to_owned)
 }

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use regatta_layout::{EdgeChange, ReadOptions};
-use regatta_scenario::{Overrides, Scenario};
+use regatta_scenario::yaml::Key;
+use regatta_scenario::{Overrides, Scenario, find_edge};
 use serde::Deserialize;
 use serde_json::{Number, Value};
 
-use super::{FLEET_MANAGER, TypeShare, Variant};
+use super::{FLEET_MANAGER, TypeShare, Variant, without_left_out};
 use crate::job::{IN_TURN, Manager, PLANNER};
 use crate::plan::scenario::{Breakdowns, Load, RobotType};
 use crate::plan::{PlanError, Setting};
@@ -65,12 +66,7 @@ impl Variant {
             Setting::Load => self.set_load(value)?,
             Setting::Dwell => self.set_dwell(value)?,
             Setting::Closed => {
-                let ids: Vec<u32> = serde_json::from_value(value.clone()).map_err(|_| {
-                    PlanError::setting(
-                        setting,
-                        format!("invalid edges {value}: give a list of ids, such as [3,4]"),
-                    )
-                })?;
+                let ids = self.edges(value)?;
                 self.change(&ids, EdgeChange::Close)?;
             }
             Setting::BreakdownsPerHour => self.set_breakdowns(number(setting, value)?),
@@ -80,11 +76,26 @@ impl Variant {
         Ok(self)
     }
 
+    /// Returns the ids of the edges of a list.
+    fn edges(&self, value: &Value) -> Result<Vec<u32>, PlanError> {
+        let edges: Vec<Key> = serde_json::from_value(value.clone()).map_err(|_| {
+            let remedy = "give a list of edges by id, name or nodes, such as [3,\"A..B\"]";
+            PlanError::setting(Setting::Closed, format!("invalid edges {value}: {remedy}"))
+        })?;
+        let mut ids = Vec::new();
+        for edge in &edges {
+            let found = find_edge(self.whole(), edge);
+            let found = found.map_err(|reason| PlanError::setting(Setting::Closed, reason))?;
+            ids.push(self.whole().edge(found).id);
+        }
+        Ok(ids)
+    }
+
     fn set_layout(&mut self, path: &Path, options: &ReadOptions) -> Result<(), PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
         let read = Scenario::read(path, &overrides)?;
         (self.whole, self.assumptions) = (read.graph, read.assumptions);
-        self.warnings = read.warnings;
+        self.warnings = without_left_out(read.warnings);
         self.file = path.to_owned();
         self.set_roads()?;
         // Its stations are other ones.

@@ -41,6 +41,8 @@ fn stations_that_nobody_reaches_are_left_out_by_name() {
     );
     let left_out = left_out.expect("a variant");
     assert_eq!(left_out.other_stops, None);
+    let told = left_out.warnings.of_scenario;
+    assert!(!told.iter().any(|line| line.contains("left out")), "it is told once: {told:?}");
     assert_eq!(left_out.left_out, ["stations `D`, `E`, to which no way leads from the main part"]);
     let names: Vec<_> = left_out.graph.nodes().iter().filter_map(|node| node.name()).collect();
     assert_eq!(names, ["A", "B", "C"]);
@@ -191,8 +193,13 @@ fn settings_change_what_they_name() {
     let slow = with(Setting::SpeedFactor, json!(0.5)).expect("slower");
     assert_eq!(slow.graph.edges()[0].speed, 0.5);
     let detour = variant(&format!("{RING}A,C\n")).expect("a variant");
-    let closed = detour.with(Setting::Closed, &json!([2]), &ReadOptions::default());
+    let options = ReadOptions::default();
+    let unknown = detour.clone().with(Setting::Closed, &json!(["A..Z"]), &options);
+    assert!(unknown.is_err_and(|error| error.to_string().contains("'Z'")));
+    let named = detour.clone().with(Setting::Closed, &json!(["B..C"]), &options);
+    let closed = detour.with(Setting::Closed, &json!([2]), &options);
     let closed = closed.expect("closed");
+    assert_eq!(named.expect("closed").layout_text(), closed.layout_text());
     assert_eq!(
         (closed.graph.edges().len(), &closed.left_out[..]),
         (2, &["node `B`, from which no way leads back".to_owned()][..])
@@ -357,7 +364,8 @@ fn closed_edges_that_cut_the_last_station_to_pick_off_are_told() {
 fn a_load_that_names_a_file_of_orders_tells_the_option_for_it() {
     let variant = on_ring(
         "robots: [{count: 2, routes: none}]\n\
-         load: {generators: [{orders: day.csv, scale: 1.2, dwell: 7, deadline: 900}]}\n",
+         load: {stations: [{at: A, operators: 1}],\n  \
+         generators: [{orders: day.csv, scale: 1.2, dwell: 7, deadline: 900}]}\n",
     );
     let error = variant.check(10).expect_err("a file of orders").to_string();
     assert!(error.contains("s.yaml: load: ") && !error.contains('\n'), "{error}");
@@ -368,6 +376,7 @@ fn a_load_that_names_a_file_of_orders_tells_the_option_for_it() {
     let with_day = variant.with_day(&Arc::new(day)).expect("a day");
     let load = &setup(&with_day)["load"];
     assert_eq!((&load["dwell"], &load["deadline"]), (&json!(7), &json!(900)), "{load}");
+    assert_eq!(load["stations"], json!([{"at": "A", "operators": 1}]), "{load}");
     with_day.check(10).expect("no file is named");
 }
 

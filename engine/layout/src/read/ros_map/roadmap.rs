@@ -9,10 +9,11 @@ use super::chains::{Chains, trace};
 use super::grid::Grid;
 use super::points::without_chain;
 use super::skeleton::{skeleton, squared_distances};
+use super::throats::Throats;
 
 /// The margin between the robot's side and the nearest cell that isn't free, in cells, in addition
 /// to half a diagonal.
-const MARGIN: f64 = 1.0;
+pub const MARGIN: f64 = 1.0;
 
 /// The largest distance in cells of a simplified road from the skeleton.
 const TOLERANCE: f64 = 1.0;
@@ -35,6 +36,8 @@ pub struct Roadmap {
     pub dropped_length: f64,
     /// A place in each free area that has no road, as its skeleton is a point.
     pub points: Vec<DVec2>,
+    /// Two nodes that no road connects though a robot fits through the free space between them.
+    pub apart: Option<[DVec2; 2]>,
 }
 
 impl Roadmap {
@@ -62,6 +65,8 @@ impl Roadmap {
             ..Self::default()
         };
         roadmap.add_roads(&chains.chains, &space);
+        let throats = Throats { squares: &space.squares, width: space.width, robot_cells };
+        roadmap.apart = throats.between(&roadmap.nodes, &roadmap.edges);
         roadmap
     }
 

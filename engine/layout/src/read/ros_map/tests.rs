@@ -133,6 +133,31 @@ fn a_map_without_a_width_has_no_graph() {
     assert!(error.contains("--skeleton WIDTH") && error.contains("--background"), "{error}");
 }
 
+/// Returns what is told about passages of a map of two corridors, with a throat of some cells
+/// between them.
+fn told_of_throat(resolution: f64, cells: usize, robot: u32) -> (usize, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rooms = [room(2..42, 2..12), room(60..100, 2..12), room(42..60, 5..5 + cells)];
+    let free = |column, row| rooms.iter().any(|room| room(column, row));
+    let path = write(folder.path(), resolution, &picture(102, 14, free), "");
+    let (graph, findings) = roadmap(&path, robot).expect("a roadmap");
+    let told = findings.as_slice().iter().map(|finding| finding.message.clone());
+    (graph.nodes().len(), told.filter(|told| told.contains("passages")).collect())
+}
+
+#[test]
+fn throats_that_are_too_narrow_for_the_cells_are_told() {
+    let (_, told) = told_of_throat(0.25, 4, 600);
+    let [throat] = &told[..] else { panic!("{told:?}") };
+    assert!(throat.starts_with("passages of less than 1.45 m may have no road"), "{throat}");
+    assert!(throat.contains("aren't connected, though such a robot fits through"), "{throat}");
+    let (_, told) = told_of_throat(0.25, 6, 600);
+    assert!(told.len() == 1 && !told[0].contains("aren't connected"), "{told:?}");
+    let (_, told) = told_of_throat(0.25, 2, 600);
+    assert!(!told[0].contains("aren't connected"), "a robot doesn't fit through: {told:?}");
+    assert_eq!(told_of_throat(0.05, 8, 200).1, [""; 0], "a road leads through");
+}
+
 #[test]
 fn the_sample_becomes_a_roadmap_that_keeps_its_distance() {
     let (graph, findings) = roadmap(&sample(), 300).expect("a roadmap");
