@@ -21,7 +21,7 @@ use regatta_scene::palette::{Colouring, Legend, Theme};
 use regatta_scene::plans::PlanFacts;
 
 /// The sizes of the window in pixels, and the scales.
-const SIZES: [[f32; 2]; 4] = [[640.0, 400.0], [1280.0, 720.0], [1920.0, 1080.0], [1024.0, 700.0]];
+const SIZES: [[f32; 2]; 3] = [[640.0, 400.0], [1280.0, 720.0], [1920.0, 1080.0]];
 const SCALES: [f32; 2] = [1.0, 1.5];
 /// The size of a window that isn't about sizes.
 pub const USUAL: [f32; 2] = SIZES[1];
