@@ -2,8 +2,10 @@
 
 use glam::DVec2;
 
-/// The least width in metres of an outline that is a rack: a thinner one is that of a wall.
+/// The least and the greatest mean width in metres of an outline that is a rack: a thinner one is
+/// that of a wall, a wider one that of a room.
 const LEAST_RACK: f64 = 0.5;
+const MOST_RACK: f64 = 2.6;
 /// The distance in metres by which a line may lie outside of the rack that it belongs to.
 const BESIDE: f64 = 0.05;
 
@@ -44,7 +46,7 @@ pub fn kinds(lines: &[Vec<DVec2>], nodes: impl IntoIterator<Item = DVec2>) -> Ve
 /// Whether a line is the outline of a block that robots drive around. Nodes are sorted by x.
 fn is_block(line: &[DVec2], nodes: &[DVec2]) -> bool {
     let is_closed = line.len() > 3 && line.first() == line.last();
-    if !is_closed || mean_width(line) < LEAST_RACK {
+    if !is_closed || !(LEAST_RACK..=MOST_RACK).contains(&mean_width(line)) {
         return false;
     }
     let Rectangle { low, high } = Rectangle::around(line);
@@ -57,13 +59,13 @@ fn is_block(line: &[DVec2], nodes: &[DVec2]) -> bool {
 /// wider than `widest`.
 fn is_within(inner: &Rectangle, blocks: &[Rectangle], widest: f64) -> bool {
     let first = blocks.partition_point(|block| block.low.x < inner.low.x - widest - BESIDE);
-    let near = blocks[first..].iter().take_while(|block| block.low.x <= inner.low.x + BESIDE);
-    near.into_iter().any(|block| {
+    let mut near = blocks[first..].iter().take_while(|block| block.low.x <= inner.low.x + BESIDE);
+    near.any(|block| {
         block.low.cmple(inner.low + BESIDE).all() && block.high.cmpge(inner.high - BESIDE).all()
     })
 }
 
-/// The area of an outline over half of its length: the width of a long rectangle.
+/// The area of an outline over half of its length: nearly the width of a long rectangle.
 fn mean_width(line: &[DVec2]) -> f64 {
     let sides = line.windows(2).map(|ends| (ends[0], ends[1]));
     let twice_area: f64 = sides.clone().map(|(from, to)| from.perp_dot(to)).sum();
@@ -110,10 +112,11 @@ mod tests {
         let wall = vec![dvec2(10.0, 0.0), dvec2(10.0, 9.0)];
         let thin = outline((12.0, 0.0), (12.3, 9.0));
         let room = outline((20.0, 0.0), (30.0, 9.0));
+        let locked = outline((31.0, 0.0), (39.0, 9.0));
         let nodes = [(0.0, 0.0), (25.0, 5.0), (2.0, 17.0)].map(DVec2::from);
-        let lines = [bays, floor, rack, wall, thin, room, Vec::new()];
+        let lines = [bays, floor, rack, wall, thin, room, locked, Vec::new()];
         use LineKind::{Rack, Wall};
-        assert_eq!(kinds(&lines, nodes), [Rack, Wall, Rack, Wall, Wall, Wall, Wall]);
+        assert_eq!(kinds(&lines, nodes), [Rack, Wall, Rack, Wall, Wall, Wall, Wall, Wall]);
     }
 
     #[test]

@@ -115,6 +115,11 @@ impl CameraController {
         self.camera = fit.direction(self.camera).fitted_within(bounds, window).clamped();
     }
 
+    /// Whether the camera shows everything, whatever panels open.
+    pub fn is_fitted(&self) -> bool {
+        self.fit.is_some()
+    }
+
     /// Returns the current camera.
     pub fn camera(&self) -> Camera {
         self.camera

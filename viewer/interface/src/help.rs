@@ -7,7 +7,7 @@ use super::keys::{self, HelpGroup};
 use super::style::{self, ThemeColours};
 
 /// The width of a column, in points.
-const COLUMN: f32 = 320.0;
+const COLUMN: f32 = 305.0;
 /// The height of the bars above and below, which stay in sight, in points: twice the larger one.
 const BARS: f32 = 152.0;
 /// The rows that the heading of a group takes.
@@ -37,7 +37,7 @@ impl Help {
                 ui.set_max_size(egui::vec2(screen.x - 60.0, screen.y - BARS));
                 ui.label(RichText::new("Keys and mouse").size(17.0));
                 ui.add_space(8.0);
-                let columns = ((screen.x - 60.0) / COLUMN).clamp(1.0, 3.0) as usize;
+                let columns = ((screen.x - 60.0) / COLUMN).clamp(1.0, 4.0) as usize;
                 let groups = keys::help(ctx);
                 // It would keep the width that it had before its columns were known.
                 let scrolled = ScrollArea::vertical().auto_shrink([false, true]);

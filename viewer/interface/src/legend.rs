@@ -80,9 +80,12 @@ impl LegendView<'_> {
     pub(super) fn room(&self, ctx: &Context, placement: &Placement) -> LegendRoom {
         let room = placement.room();
         if is_narrow(placement) {
+            if room.width() < LEAST_FOR_LINES {
+                return LegendRoom::default();
+            }
             let width = room.width() - BESIDE_LINES;
             let size = measure(ctx, room, self.theme, "legend's lines", |ui| self.lines(ui, width));
-            match room.width() >= LEAST_FOR_LINES && size.y <= MOST_BELOW * room.height() {
+            match size.y <= MOST_BELOW * room.height() {
                 true => LegendRoom { left: 0.0, below: size.y + 2.0 * MARGIN },
                 false => LegendRoom::default(),
             }

@@ -274,7 +274,8 @@ impl Interface {
     /// outside of the picture.
     fn bring_in_sight(&mut self, area: PictureArea, model: &ViewModel<'_>) {
         let camera = &self.camera_controller;
-        let is_led = camera.is_flying() || camera.followed().is_some();
+        // A fitted camera shows it, as soon as it has made room for a panel that opens.
+        let is_led = camera.is_flying() || camera.followed().is_some() || camera.is_fitted();
         if !std::mem::take(&mut self.last.reveals) || is_led {
             return;
         }

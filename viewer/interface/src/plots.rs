@@ -15,6 +15,8 @@ use crate::text::thousands;
 
 /// The least distance between two marks of the axis of time, in points.
 const TIME_POINTS: f32 = 85.0;
+/// The height of an axis of time, in points.
+const TIME_AXIS: f32 = 18.0;
 /// The least distance of two numbers of an upright axis, in points.
 const NUMBER_POINTS: f32 = 24.0;
 /// Distances between marks of the axis of time, in seconds.
@@ -227,7 +229,8 @@ fn values(
 /// Returns the axes of a plot.
 fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> {
     let room = ui.available_width() - 40.0;
-    let height = ui.available_height();
+    let time_axis = if detail >= Detail::Full { TIME_AXIS } else { 0.0 };
+    let height = ui.available_height() - time_axis;
     Plot::new(figure.title)
         .include_x(times.ends[0])
         .include_x(times.ends[1])

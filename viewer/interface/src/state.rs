@@ -156,15 +156,19 @@ impl Interface {
         self.messages.add(text.into());
     }
 
-    /// Selects one item or nothing, and opens the selection panel for an item.
+    /// Selects one item or nothing, and opens the selection panel for an item. The camera stays where
+    /// it is, since the next click is aimed at what is there.
     pub fn select(&mut self, item: Option<Item>) {
         self.selection.set(item);
         self.open_selection();
+        self.stay();
     }
 
-    /// As [`Self::select`], for an item that may be out of sight.
+    /// As [`Self::select`], by a key or in a panel: the item may be out of sight, and a camera that
+    /// shows everything goes on to do so.
     pub(super) fn select_in_sight(&mut self, item: Option<Item>) {
-        self.select(item);
+        self.selection.set(item);
+        self.open_selection();
         self.last.reveals = item.is_some();
     }
 
@@ -173,13 +177,18 @@ impl Interface {
     pub fn toggle_selected(&mut self, item: Item) {
         self.selection.toggle(item);
         self.open_selection();
+        self.stay();
     }
 
     fn open_selection(&mut self) {
         if self.selection.item.is_some() {
-            // The next click is aimed at what is there.
-            self.camera_controller.stay();
             self.settings.right = Some(RightPanel::Selection);
+        }
+    }
+
+    fn stay(&mut self) {
+        if self.selection.item.is_some() {
+            self.camera_controller.stay();
         }
     }
 

@@ -136,7 +136,7 @@ impl ViewPanel {
     }
 
     fn floor_file(&mut self, settings: &mut Settings, ui: &mut Ui) {
-        let hint = "image or ROS map.yaml";
+        let hint = "image or map.yaml";
         if file_line(ui, &mut self.floor, hint, !settings.floor_image.is_empty(), "floor file") {
             settings.floor_image.clone_from(&self.floor);
         }

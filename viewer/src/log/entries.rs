@@ -92,7 +92,7 @@ pub(super) fn of_order(order: &OrderRecord, time_nanos: u64) -> Option<(Entry, A
     };
     let robot = Some(order.robot).filter(|robot| *robot != NO_ROBOT);
     let by = robot.map(|robot| format!(" (robot {robot})")).unwrap_or_default();
-    let text = format!("transport order {} {what}{by}", order.order);
+    let text = format!("order {} {what}{by}", order.order);
     Some((
         Entry { time_nanos, kind: Kind::Order, severity, robot, place: Place::None, text },
         AlarmChange::None,

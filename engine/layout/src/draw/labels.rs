@@ -226,7 +226,7 @@ impl Map<'_> {
         let mut labels = Vec::new();
         for DrawnStation { name, place, .. } in &self.stations {
             let label = Label::new(name, STATION_FONT, INK);
-            let centres = label.centres_around(self.pixel(*place), self.station_size());
+            let centres = label.centres_around(self.pixel(*place), self.station_size() + 1.0);
             labels.extend(taken.place(label, centres));
         }
         labels

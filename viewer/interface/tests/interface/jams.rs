@@ -82,7 +82,7 @@ fn an_edge_tells_its_robots_and_its_traffic() {
     );
     harness.state_mut().jams.edges = vec![facts];
     settle(&mut harness);
-    assert_eq!(harness.query_all_by_label("1234").count(), 3);
+    assert_eq!(harness.query_all_by_label("1,234").count(), 3);
     assert_eq!(harness.query_all_by_label("56.5").count(), 3);
     harness.get_by_label("robot 4").click();
     settle(&mut harness);

@@ -12,6 +12,7 @@ use regatta_interface::settings::{LeftPanel, RightPanel};
 use regatta_interface::view_model::Item;
 use regatta_plugin::work::WorkFigures;
 use regatta_scene::camera::{Bounds, Camera, Window};
+use regatta_scene::palette::{Colouring, Theme};
 
 use crate::fixture::{Fixture, USUAL, harness, harness_of, windows};
 use crate::states::{log_of, past};
@@ -246,5 +247,42 @@ fn a_robot_that_is_selected_by_a_key_is_moved_from_under_the_panel() {
         assert!((0.0..right).contains(&at.x), "{size:?} at {scale}: {at}, panel at {right}");
         let closer = view(&harness).1.distance / before;
         assert!((closer - 1.0).abs() < 1e-3, "it comes no closer: {closer}");
+    }
+}
+
+/// A window of 1024 by 700 with a robot's panel has no room for a column beside the plant.
+#[test]
+fn the_legend_of_a_narrow_window_is_lines_within_the_picture() {
+    let harness = harness_of([1024.0, 700.0], 1.0, |fixture| {
+        fixture.legend = Colouring::activity().legend(Theme::Dark, &[], None);
+        fixture.interface.settings.right = Some(RightPanel::Selection);
+        fixture.interface.select(Some(Item::Robot(3)));
+    });
+    let fixture = harness.state();
+    let (_, legend) = *fixture
+        .interface
+        .placed()
+        .iter()
+        .find(|(name, _)| *name == LEGEND)
+        .expect("room for a legend");
+    let area = harness.ctx.memory(|memory| memory.area_rect(egui::Id::unique(LEGEND)));
+    let panel = fixture.panel("right").expect("the panel");
+    assert!(legend.width() > 3.0 * legend.height() && legend.right() < panel.left(), "{legend}");
+    let picture = fixture.picture;
+    assert!(area.is_some_and(|area| picture.contains_rect(area)), "{area:?} in {picture}");
+}
+
+#[test]
+fn a_camera_that_shows_everything_goes_on_to_do_so_when_a_robot_is_selected() {
+    for (size, scale) in windows() {
+        let mut harness = harness(size, scale, |interface| {
+            interface.camera_controller = CameraController::default();
+        });
+        for _ in 0..2 {
+            harness.key_press(Key::N);
+            harness.run_steps(40);
+        }
+        let controller = &harness.state().interface.camera_controller;
+        assert!(controller.is_fitted() && !controller.is_flying(), "{size:?} at {scale}");
     }
 }
