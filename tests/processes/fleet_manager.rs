@@ -48,7 +48,10 @@ fn text(output: &Output) -> String {
 
 fn finished(summary: &str) -> u64 {
     let line = summary.lines().find(|line| line.starts_with("orders ")).unwrap_or_default();
-    line.split_whitespace().nth(1).and_then(|number| number.parse().ok()).unwrap_or(0)
+    line.split_whitespace()
+        .nth(1)
+        .and_then(|number| number.replace(",", "").parse().ok())
+        .unwrap_or(0)
 }
 
 /// The part of the robots' time with an activity, in per cent, as a summary has it.

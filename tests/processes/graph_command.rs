@@ -193,7 +193,7 @@ fn a_scenario_is_recognised_and_checked() {
     let output = regatta_graph(&["check"], Some(&graphs("warehouse-1000.yaml")));
     let printed = text(&output.stdout);
     assert!(
-        output.status.success() && printed.contains("a scenario that can be run: 1000 robots on "),
+        output.status.success() && printed.contains("a scenario that can be run: 1,000 robots on "),
         "{printed}"
     );
 
@@ -401,7 +401,7 @@ fn layouts_of_all_formats_are_told_by_their_content() {
     );
     let walls =
         succeeds(&["graph", "draw", &porto(), "--background", map, "-o", "-"], folder.path());
-    assert!(walls.contains("#b9c0c8"), "the walls are drawn");
+    assert!(walls.contains("#8b949e"), "the walls are drawn");
 }
 
 fn porto() -> String {

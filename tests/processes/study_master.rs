@@ -190,7 +190,8 @@ fn an_interrupted_study_tells_what_it_has_measured() {
         .spawn()
         .expect("regatta starts");
     let lines = BufReader::new(study.stderr.take().expect("a pipe")).lines();
-    let second = lines.map_while(Result::ok).find(|line| line.starts_with("3 vehicles, run 1"));
+    let second =
+        lines.map_while(Result::ok).find(|line| line.starts_with("study: 3 vehicles, run 1"));
     assert!(second.is_some(), "the second point begins");
     let pid = Pid::from_raw(study.id() as i32).expect("a process");
     kill_process(pid, Signal::INT).expect("it runs");
