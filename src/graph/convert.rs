@@ -1,8 +1,12 @@
 //! `regatta graph convert`: writes a layout in another format.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::path::Path;
 
-use regatta_layout::{FindingKind, Format, Subject, parse_fixed, write};
+use regatta_layout::{FindingKind, Format, GraphError, Subject, parse_fixed, write};
+use regatta_scenario::{document, is_scenario};
+use serde_json::Value;
 
 use super::FileArgs;
 use crate::failure::Failure;
@@ -50,7 +54,9 @@ pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Fa
                       or .xml"
     })?;
     output.check(force)?;
-    let (graph, findings, fixes) = parse_fixed(&file.text()?, &file.name(), &file.options())?;
+    let text = file.text()?;
+    let fixed = parse_fixed(&text, &file.name(), &file.options());
+    let (graph, findings, fixes) = fixed.map_err(|error| not_fixed(file, &text, error))?;
     let written =
         write(&graph, format).ok_or_else(|| format!("graphs can't be written as {format}"))?;
     for fix in &fixes {
@@ -65,6 +71,23 @@ pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Fa
     }
     print_losses(format, &written.losses);
     output.write(&written.text, force)
+}
+
+/// Returns the error of a file that isn't corrected: that of a scenario names its layout.
+fn not_fixed(file: &FileArgs, text: &str, error: GraphError) -> Failure {
+    if !is_scenario(text) {
+        return error.into();
+    }
+    let name = file.name();
+    let keys: BTreeMap<String, Value> = document(text, Path::new(&name)).unwrap_or_default();
+    let advice = match keys.get("graph").and_then(Value::as_str) {
+        Some(graph) => {
+            let layout = file.folder().unwrap_or(Path::new("")).join(graph);
+            format!("give {}", layout.display())
+        }
+        None => "give the one that it names".to_owned(),
+    };
+    format!("{name}: this is a scenario, and --fix corrects a layout's file: {advice}").into()
 }
 
 fn format_of(output: &Destination) -> Result<Format, Failure> {

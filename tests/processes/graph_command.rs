@@ -423,6 +423,18 @@ fn a_mended_copy_is_written() {
 }
 
 #[test]
+fn a_scenario_is_not_mended_but_its_layout_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("s.yaml");
+    std::fs::write(&file, "graph: road.yaml\nrobots: [{count: 1}]\n").expect("written");
+    let copy = folder.path().join("copy.yaml");
+    let refused = regatta_graph(&["check", "--fix", copy.to_str().expect("a path")], Some(&file));
+    let told = text(&refused.stderr);
+    assert!(told.contains("this is a scenario, and --fix") && told.contains("road.yaml"), "{told}");
+    assert!(!refused.status.success() && !copy.exists() && told.trim().lines().count() == 1);
+}
+
+#[test]
 fn a_folder_for_a_layout_can_be_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = graphs("imported/ros-map/turtlebot3_world.yaml");

@@ -19,6 +19,12 @@ use crate::model::zones::{Zone, ZoneRule};
 /// The distance in metres, and the angle in radians, up to which poses count as equal.
 const TOLERANCE: f64 = 1e-6;
 
+/// The least distance in metres that is told in metres.
+const LEAST_IN_METRES: f64 = 0.01;
+
+/// The least angle in degrees that is told with two decimals.
+const LEAST_IN_HUNDREDTHS: f64 = 0.1;
+
 /// The number of intervals of each cubic between the points at which two paths are compared.
 const SAMPLES: u32 = 16;
 
@@ -140,6 +146,21 @@ fn lift_key(lift: &Lift) -> String {
     lift.name.to_string()
 }
 
+/// Formats a distance, given in metres and above [`TOLERANCE`], with digits that tell it.
+fn length(metres: f64) -> String {
+    match metres < LEAST_IN_METRES {
+        true => format!("{:.3} mm", metres * 1000.0),
+        false => format!("{metres:.3} m"),
+    }
+}
+
+/// Formats an angle, given in radians and above [`TOLERANCE`], with digits that tell it.
+fn angle(radians: f64) -> String {
+    let degrees = radians.to_degrees();
+    let digits = if degrees < LEAST_IN_HUNDREDTHS { 5 } else { 2 };
+    format!("{degrees:.digits$}°")
+}
+
 /// Adds a change of a time in seconds.
 fn add_secs(changes: &mut Vec<String>, what: &str, from: f64, to: f64) {
     if from != to {
@@ -173,10 +194,10 @@ impl Sides<'_> {
         let turn = normalize_angle(b.theta - a.theta).abs();
         let mut changes = Vec::new();
         if distance > TOLERANCE {
-            changes.push(format!("moved by {distance:.3} m"));
+            changes.push(format!("moved by {}", length(distance)));
         }
         if turn > TOLERANCE {
-            changes.push(format!("turned by {:.2}°", turn.to_degrees()));
+            changes.push(format!("turned by {}", angle(turn)));
         }
         if a.role != b.role {
             changes.push(format!("role {} → {}", a.role.name(), b.role.name()));
@@ -193,7 +214,7 @@ impl Sides<'_> {
         }
         let distance = self.path_distance(a, b);
         if distance > TOLERANCE {
-            changes.push(format!("path differs by {distance:.3} m"));
+            changes.push(format!("path differs by {}", length(distance)));
         }
         if a.speed != b.speed {
             changes.push(format!("speed {} → {} m/s", a.speed, b.speed));
@@ -399,6 +420,16 @@ mod tests {
     #[test]
     fn a_graph_doesnt_differ_from_itself() {
         assert_eq!(differences(&graph(1.0, 5.0, ""), &graph(1.0, 5.0, "")), [""; 0]);
+    }
+
+    #[test]
+    fn small_differences_have_digits_that_tell_them() {
+        assert_eq!(
+            differences(&graph(1.0, 5.0, ""), &graph(1.0, 5.0001, "")),
+            ["~ node 2: moved by 0.100 mm", "~ edge 7: path differs by 0.100 mm"]
+        );
+        assert_eq!([length(0.012), length(1.5e-6)], ["0.012 m", "0.002 mm"]);
+        assert_eq!([angle(0.1), angle(2e-6)], ["5.73°", "0.00011°"]);
     }
 
     #[test]

@@ -1,17 +1,17 @@
 //! Warns about suspicious parts of a valid graph: headings that jump, nodes that can't be reached
 //! or left, handles that look swapped.
 
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use regatta_base::graph::{Ends, Gear, Leg, NodeIndex, Rotation, SMOOTH_TURN};
 
-use super::{coincident, facilities};
+use super::gaps::{gaps_to_tell, obstacle};
+use super::{coincident, copies, facilities};
 use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
 use crate::model::finding::{FindingKind, Report, Severity, Subject};
 use crate::model::raw::{RawCurve, RawGraph};
-use crate::model::route_graph::{Edge, RouteGraph, legs};
+use crate::model::route_graph::{RouteGraph, legs};
 use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::Orientation;
 use crate::model::value::{duration, plural, shorten};
@@ -35,7 +35,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     warn_of_reverse_zero(graph, raw, report);
     warn_of_corners(graph, raw, report);
     warn_of_crawling(graph, raw, report);
-    warn_of_copies(graph, raw, report);
+    copies::warn_of_copies(graph, raw, report);
     facilities::lint(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     linter.warn_of_jumps();
@@ -47,6 +47,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
         "it is at the same place as another node: robots can't stand at both; join them if they \
          are one",
     );
+    linter.warn_of_gaps();
     linter.warn_of_ids_as_names();
 }
 
@@ -140,39 +141,6 @@ fn warn_of_crawling(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>)
         duration(seconds)
     );
     raw.edges[leg.edge.0 as usize].report(Severity::Warning, &message, report);
-}
-
-/// Warns of edges that are the same road as an earlier one: robots on them are in each other's way.
-fn warn_of_copies(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
-    let mut by_ends: BTreeMap<_, Vec<&Edge>> = BTreeMap::new();
-    let mut copies = Vec::new();
-    for (edge, raw) in graph.edges().iter().zip(&raw.edges) {
-        let earlier = by_ends.entry((edge.origin, edge.destination)).or_default();
-        let same = earlier.iter().find(|other| {
-            other.path == edge.path
-                && other.orientation == edge.orientation
-                && level(other) == level(edge)
-        });
-        if let Some(other) = same {
-            copies.push((raw, other.id));
-        } else {
-            earlier.push(edge);
-        }
-    }
-    let Some((first, other)) = copies.first() else { return };
-    let others = match copies.len() - 1 {
-        0 => String::new(),
-        more => format!(" (and so for {})", plural(more, "more edge")),
-    };
-    let message = format!(
-        "it is the same road as edge {other}{others}: robots on both are in each other's way; \
-         remove it"
-    );
-    first.report(Severity::Warning, &message, report);
-}
-
-fn level(edge: &Edge) -> Option<&str> {
-    edge.tags.as_ref()?.level.as_deref()
 }
 
 /// Reports the warnings about single nodes.
@@ -272,6 +240,25 @@ impl NodeLinter<'_, '_, '_> {
     fn name(&self, node: NodeIndex) -> String {
         let node = self.graph.node(node);
         node.name().map_or_else(|| node.id.to_string(), |name| format!("`{}`", shorten(name)))
+    }
+
+    /// Warns of ends of roads that nearly meet another node.
+    fn warn_of_gaps(&mut self) {
+        let gaps = gaps_to_tell(self.raw);
+        let Some(first) = gaps.first() else { return };
+        let other = self.name(NodeIndex(first.other as u32));
+        let [node, other_node] = [first.end, first.other].map(|index| &self.raw.nodes[index]);
+        let remedy = match obstacle(self.raw, node, other_node) {
+            None => "`graph check --fix` joins them".to_owned(),
+            Some(reason) => format!("`graph check --fix` doesn't join them, as {reason}"),
+        };
+        let message = format!(
+            "a road ends here, {:.3} m from node {other}, and no edge joins them: if they are one \
+             place, make them one node; {remedy}",
+            first.distance
+        );
+        let ends: Vec<NodeIndex> = gaps.iter().map(|gap| NodeIndex(gap.end as u32)).collect();
+        self.warn_once(&ends, &message);
     }
 
     /// Warns of nodes whose name is the id of another one: which of both is meant depends on where

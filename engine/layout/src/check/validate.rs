@@ -1,12 +1,12 @@
 //! Validates the content of a file: returns a [`RouteGraph`], or reports every error.
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::NodeIndex;
 
+use super::angles::warn_of_degrees;
 use super::body_heading;
 use super::facilities::{check_doors, check_lifts};
 use super::zones::check_zones;
@@ -38,10 +38,6 @@ pub const MIN_LENGTH: f64 = 0.001;
 /// The distance in metres below which the end of a curve counts as at its node: a tenth of the
 /// error of a pose.
 pub(crate) const MAX_GAP: f64 = 1e-4;
-
-/// An angle in radians, of a little more than a full turn, beyond which angles are probably in
-/// degrees.
-pub(crate) const SUSPICIOUS_ANGLE: f64 = 2.0 * PI + 0.01;
 
 /// The largest accepted angle in the file's unit: a hundred turns in degrees.
 const MAX_ANGLE: f64 = 36_000.0;
@@ -296,25 +292,6 @@ pub(super) fn to_radians(angle: f64, degrees: bool) -> f64 {
     normalize_angle(if degrees { angle.to_radians() } else { angle })
 }
 
-/// Warns of headings beyond a full turn in radians, which are probably in degrees.
-fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
-    if raw.degrees || raw.is_imported {
-        return;
-    }
-    let thetas = raw.nodes.iter().filter_map(|node| Some((node, node.theta?)));
-    let mut suspects = thetas.filter(|(_, theta)| theta.abs() > SUSPICIOUS_ANGLE);
-    let Some((first, theta)) = suspects.next() else { return };
-    let others = match suspects.count() {
-        0 => String::new(),
-        more => format!(" (and {})", plural(more, "more node")),
-    };
-    let message = format!(
-        "Theta is {theta}, more than a full turn{others}: if the angles are in degrees, add \
-         `AngleUnit: deg` to the file"
-    );
-    report.warning(first.at, Subject::Node(first.id), message);
-}
-
 struct EdgeCheck<'a, 'r, 'text> {
     edge: &'a RawEdge,
     /// Of the graph, in metres.
@@ -407,7 +384,7 @@ impl EdgeCheck<'_, '_, '_> {
             return Some(speed);
         }
         self.error(&format!(
-            "{} is {speed}: it must be above 0 and at most {MAX_SPEED} m/s",
+            "{} is {speed} m/s: it must be above 0 and at most {MAX_SPEED} m/s",
             self.names[0]
         ));
         None
@@ -419,7 +396,7 @@ impl EdgeCheck<'_, '_, '_> {
             return Some((speed > 0.0).then_some(speed));
         }
         self.error(&format!(
-            "{} is {speed}: it must be 0 (not driven in reverse) or up to {MAX_SPEED} m/s",
+            "{} is {speed} m/s: it must be 0 (not driven in reverse) or up to {MAX_SPEED} m/s",
             self.names[1]
         ));
         None

@@ -26,7 +26,11 @@ pub(crate) struct RawGraph {
     /// Lines that are drawn behind the graph, in metres.
     pub background: Vec<BackgroundLine>,
     pub handles: Option<Handles>,
+    /// Whether angles are in degrees, and not in radians.
     pub degrees: bool,
+    /// Whether the file, or its format, gives the unit of angles. Otherwise they are read as
+    /// radians.
+    pub is_angle_unit_known: bool,
     /// Whether the graph was made from a layout of another format.
     pub is_imported: bool,
 }
@@ -50,6 +54,13 @@ pub(crate) struct RawNode {
 }
 
 impl RawGraph {
+    /// Returns the angles of nodes and edges, in the unit of the file.
+    pub fn angles(&self) -> impl Iterator<Item = f64> + '_ {
+        let of_nodes =
+            self.nodes.iter().filter(|node| node.has_heading).filter_map(|node| node.theta);
+        of_nodes.chain(self.edges.iter().filter_map(|edge| edge.orientation.angle()))
+    }
+
     /// Multiplies all lengths by the metres of their unit.
     pub fn scale(&mut self, unit: f64) {
         for node in &mut self.nodes {

@@ -51,10 +51,25 @@ impl Tags {
     pub fn aliases(&self) -> Vec<String> {
         let mut names: Vec<String> =
             self.properties.get(NAME).map(ToString::to_string).into_iter().collect();
-        let json = self.properties.get(ALIASES);
-        let joined: Option<Vec<String>> = json.and_then(|json| serde_json::from_str(json).ok());
-        names.extend(joined.unwrap_or_default());
+        names.extend(self.joined_names());
         names
+    }
+
+    /// Returns the names of the nodes that are joined with a node.
+    fn joined_names(&self) -> Vec<String> {
+        let json = self.properties.get(ALIASES);
+        json.and_then(|json| serde_json::from_str(json).ok()).unwrap_or_default()
+    }
+
+    /// Adds other names of a node that it doesn't have.
+    pub(crate) fn add_aliases(&mut self, names: Vec<String>) {
+        let mut all = self.joined_names();
+        for name in names {
+            if self.name.as_deref() != Some(&name) && !self.aliases().contains(&name) {
+                all.push(name);
+                self.set_aliases(&all);
+            }
+        }
     }
 
     /// Sets the other names of a node.

@@ -88,8 +88,9 @@ fn unused_line(findings: &[&Finding]) -> Option<String> {
             names.push(name);
         }
     }
-    let rest = if names.len() > MOST_NAMES { ", …" } else { "" };
     names.truncate(MOST_NAMES);
+    // Keys of different elements may have one name.
+    let rest = if names.len() < findings.len() { ", …" } else { "" };
     Some(format!(
         "{}: {} keys not used: {}{rest}; -v names each",
         first.file,
@@ -133,6 +134,23 @@ mod tests {
                 "a.yaml: 6 keys not used: a, b, c, d, …; -v names each",
             ]
         );
+    }
+
+    #[test]
+    fn a_list_that_names_fewer_keys_than_there_are_ends_with_dots() {
+        let told = |keys: &[&str]| {
+            let mut report = Report::new("a.xml", "1\n");
+            for (at, key) in keys.iter().enumerate() {
+                let message = format!("key `{key}` of element {at}: not used");
+                report.add_kind(FindingKind::Unused, Severity::Warning, 0, Subject::File, message);
+            }
+            report.into_findings().told(Detail::Grouped { most: 20 })
+        };
+        assert_eq!(
+            told(&["name", "layer", "x", "y", "layer"]),
+            ["a.xml: 5 keys not used: name, layer, x, y, …; -v names each"]
+        );
+        assert_eq!(told(&["name", "x"]), ["a.xml: 2 keys not used: name, x; -v names each"]);
     }
 
     #[test]

@@ -51,6 +51,7 @@ pub(crate) fn read<'text>(
         edges: Vec::new(),
         has_nodes: false,
         has_edges: false,
+        has_doubtful_angles: false,
     };
     reader.file(source.text)?;
     if !reader.has_nodes || !reader.has_edges {
@@ -76,6 +77,8 @@ struct Reader<'r, 'text> {
     /// Whether the table of nodes, and that of edges, have rows, also with errors.
     has_nodes: bool,
     has_edges: bool,
+    /// Whether a node has a heading without a unit.
+    has_doubtful_angles: bool,
 }
 
 /// The second file, with the other table.
@@ -317,7 +320,8 @@ impl Reader<'_, '_> {
         let edges =
             self.edges.into_iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
         self.ignored.report(self.report);
-        Ok(Layout { edges, nodes: self.nodes, ..Layout::default() })
+        let has_doubtful_angles = self.has_doubtful_angles;
+        Ok(Layout { edges, nodes: self.nodes, has_doubtful_angles, ..Layout::default() })
     }
 
     fn error(&mut self, place: Place, message: &str) {

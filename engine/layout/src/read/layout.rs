@@ -38,6 +38,8 @@ pub(crate) struct Layout {
     pub lifts: Vec<LayoutLift>,
     /// Lines that are drawn behind the graph, in metres: walls, racks.
     pub background: Vec<BackgroundLine>,
+    /// Whether angles that are read as radians may be degrees.
+    pub has_doubtful_angles: bool,
 }
 
 /// A node.
@@ -213,6 +215,7 @@ impl Layout {
             doors: doors.collect(),
             lifts: lifts.collect(),
             background: self.background,
+            is_angle_unit_known: !self.has_doubtful_angles,
             is_imported: true,
             ..RawGraph::default()
         }

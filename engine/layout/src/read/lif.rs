@@ -226,7 +226,8 @@ fn read_sheets<'text>(
         edge_ids: Ids::new(sheets, "edgeId", |sheet| &sheet.edges),
         station_ids: Ids::new(sheets, "stationId", |sheet| &sheet.stations),
     };
-    let mut layout = Layout::default();
+    // Angles beyond a full turn have a warning each.
+    let mut layout = Layout { has_doubtful_angles: true, ..Layout::default() };
     let mut roles = Vec::new();
     for (index, sheet) in sheets.iter().enumerate().filter(|(_, sheet)| sheet.is_read) {
         layout.nodes.extend(sheet.nodes.iter().filter_map(|raw| reader.node(raw, sheet, index)));

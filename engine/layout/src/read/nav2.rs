@@ -22,6 +22,7 @@ use crate::model::value::shorten;
 use crate::read::file::{Ignored, Source, SyntaxError, offset_of};
 use crate::read::layout::{DEFAULT_SPEED, Layout, LayoutEdge, LayoutNode, Shape};
 use feature::{Feature, Geometry};
+use metadata::Special;
 
 /// The key by which our writer marks an edge that is another edge in reverse gear.
 pub(crate) const REVERSE_OF: &str = "reverse_of";
@@ -77,6 +78,8 @@ fn keep_level(layout: &mut Layout, options: &ReadOptions, report: &mut Report<'_
 struct Counts {
     /// The edges with each speed that isn't one.
     wrong_speeds: BTreeMap<String, Count>,
+    /// The nodes, and the edges, with each key whose value isn't an angle, and the first value.
+    wrong_angles: BTreeMap<(Kind, &'static str), (String, Count)>,
     relative_speeds: Count,
     polylines: Count,
     gaps: Count,
@@ -84,6 +87,14 @@ struct Counts {
     loops: Count,
     repeated: Count,
     frames: BTreeSet<String>,
+}
+
+/// A kind of elements of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, strum::Display)]
+#[strum(serialize_all = "lowercase")]
+enum Kind {
+    Node,
+    Edge,
 }
 
 #[derive(Debug, Default)]
@@ -99,12 +110,16 @@ impl Count {
     }
 
     fn report(self, what: &str, report: &mut Report<'_>) {
+        self.report_of(Kind::Edge, what, report);
+    }
+
+    fn report_of(self, kind: Kind, what: &str, report: &mut Report<'_>) {
         let Some((at, id)) = self.first else { return };
         let others = match self.count {
             1 => String::new(),
             count => format!(" and {} more", count - 1),
         };
-        report.assumption(at, format!("edge `{}`{others}: {what}", shorten(&id)));
+        report.assumption(at, format!("{kind} `{}`{others}: {what}", shorten(&id)));
     }
 }
 
@@ -168,6 +183,7 @@ impl<'text> Reader<'_, 'text> {
             .and_then(metadata::text)
             .unwrap_or_else(|| "map".to_owned());
         let (mut tags, special) = metadata::read(feature, &["id", "frame"], &mut self.ignored);
+        self.count_wrong_angles(Kind::Node, &special, feature.at, &id);
         if frame != "map" {
             tags.set("frame", &frame);
         }
@@ -178,10 +194,17 @@ impl<'text> Reader<'_, 'text> {
             at: feature.at,
             id,
             position,
-            heading: special.heading,
+            heading: special.heading.or(special.map_heading()),
             role: special.role,
             tags,
         })
+    }
+
+    fn count_wrong_angles(&mut self, kind: Kind, special: &Special, at: u32, id: &str) {
+        for (key, value) in &special.wrong_angles {
+            let counted = self.counts.wrong_angles.entry((kind, key));
+            counted.or_insert_with(|| (value.clone(), Count::default())).1.add(at, id);
+        }
     }
 
     fn edges(&mut self, features: &[Feature], nodes: &[LayoutNode]) -> Vec<LayoutEdge> {
@@ -234,6 +257,7 @@ impl<'text> Reader<'_, 'text> {
         if feature.id("id").is_some_and(|own| own != id) {
             tags.set("id", &feature.id("id").unwrap_or_default());
         }
+        self.count_wrong_angles(Kind::Edge, &special, feature.at, &id);
         let has_speed = special.speed.is_some() || special.wrong_speed.is_some();
         if !has_speed && tags.properties.contains_key("speed_limit") {
             self.counts.relative_speeds.add(feature.at, &id);
@@ -302,6 +326,14 @@ impl<'text> Reader<'_, 'text> {
                  {DEFAULT_SPEED} m/s is used"
             );
             count.report(&what, report);
+        }
+        for ((kind, key), (value, count)) in counts.wrong_angles {
+            let value = shorten(&value);
+            let what = format!(
+                "its `{key}` `{value}` isn't an angle in radians within a full turn: kept as a \
+                 property, not used as a heading"
+            );
+            count.report_of(kind, &what, report);
         }
         counts.relative_speeds.report(
             "`speed_limit` is a share of the robot's own maximum: kept as a property; \

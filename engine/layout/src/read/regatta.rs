@@ -100,6 +100,7 @@ impl<'text> Content<'text> {
         self.graph.background.append(&mut later.graph.background);
         self.graph.handles = self.graph.handles.or(later.graph.handles);
         self.graph.degrees |= later.graph.degrees;
+        self.graph.is_angle_unit_known |= later.graph.is_angle_unit_known;
         for ((scope, key), UnknownKey { at, count }) in later.unknown {
             self.count_unknown_key(scope, &key, at, count);
         }

@@ -5,6 +5,7 @@ use glam::DVec2;
 
 use super::columns::{Columns, Field, Unit};
 use super::{Place, Reader};
+use crate::check::angles::SUSPICIOUS_ANGLE;
 use crate::model::tags::{Role, Tags};
 use crate::model::value::shorten;
 use crate::read::layout::{LayoutEdge, LayoutNode};
@@ -41,7 +42,7 @@ impl<'a> Row<'a> {
             let id = shorten(id.unwrap_or("?"));
             reader.error(self.place, &format!("node `{id}` has no x or no y: give both"));
         }
-        let heading = self.converted(Field::Theta, 1.0, reader);
+        let heading = self.heading(reader);
         let mut tags = self.tags();
         let role = self.text(Field::Role).map_or(Role::None, |text| {
             text.parse().unwrap_or_else(|error: regatta_base::name::UnknownName| {
@@ -157,6 +158,23 @@ impl<'a> Row<'a> {
     fn converted(self, field: Field, scale: f64, reader: &mut Reader<'_, '_>) -> Option<f64> {
         let (number, unit) = self.number(field, reader)?;
         Some(unit.map_or(number * scale, |unit| unit.convert(number)))
+    }
+
+    /// Returns a heading in radians, and warns of one without a unit that is probably in degrees.
+    fn heading(self, reader: &mut Reader<'_, '_>) -> Option<f64> {
+        let (number, unit) = self.number(Field::Theta, reader)?;
+        if unit.is_none() {
+            reader.has_doubtful_angles = true;
+            if number.abs() > SUSPICIOUS_ANGLE {
+                reader.warning(
+                    self.place,
+                    "a heading without a unit is more than a full turn in radians: if all are \
+                     degrees, name the column `theta [deg]`, or let `graph check --fix` convert \
+                     them",
+                );
+            }
+        }
+        Some(unit.map_or(number, |unit| unit.convert(number)))
     }
 
     /// Returns a number in metres.

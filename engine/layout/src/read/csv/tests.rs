@@ -196,7 +196,7 @@ fn all_errors_of_all_rows_are_told_once() {
         "map.csv:10: error: edge `3` ends at node `9`, which doesn't exist: add it or correct the id",
         "map.csv:11: error: edge `4` ends at node `8`, which doesn't exist: add it or correct the id",
         "map.csv:12: error: `speed` is `fast`: give a number",
-        "map.csv:13: error: edge 6: its speed is -1: it must be above 0 and at most 50 m/s",
+        "map.csv:13: error: edge 6: its speed is -1 m/s: it must be above 0 and at most 50 m/s",
         "map.csv:14: error: `y1` is `five`: give a number",
     ];
     assert_eq!(told, expected);

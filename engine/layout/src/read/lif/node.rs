@@ -146,8 +146,8 @@ fn point<'text>(mut object: Object<'text>, context: &mut Context<'_, 'text>) -> 
 /// Returns an angle, and notes one that is probably in degrees.
 pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) -> f64 {
     if angle.abs() > 2.0 * PI + 0.01 {
-        let message = "an angle is more than a full turn: LIF has radians; if these are degrees, \
-                       `regatta graph check --fix` converts them";
+        let message = "an angle is more than a full turn: LIF has radians; if all angles are \
+                       degrees, `regatta graph check --fix` converts them";
         context.note(at, message);
     }
     angle

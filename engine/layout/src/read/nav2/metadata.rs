@@ -3,7 +3,7 @@
 //!
 //! Lists and maps are kept as JSON. Our writer turns the JSON into lists and maps again.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 use serde_json::Value;
@@ -17,6 +17,9 @@ use crate::read::file::Ignored;
 /// The largest number of bytes of a list or map that is kept as a property.
 const MAX_JSON: usize = 10_000;
 
+/// The keys of angles.
+const ANGLES: [&str; 5] = ["theta", "yaw", "orientation", "heading_offset", "heading"];
+
 /// The values of keys that Nav2 or our writer define.
 #[derive(Debug, Default)]
 pub(super) struct Special {
@@ -27,8 +30,20 @@ pub(super) struct Special {
     pub speed: Option<f64>,
     /// A speed that isn't a number from 0, as text.
     pub wrong_speed: Option<String>,
+    /// The keys of angles that can't be used, each with its value as text.
+    pub wrong_angles: BTreeMap<&'static str, String>,
     pub orientation: Orientation,
     pub reverse_of: Option<String>,
+}
+
+impl Special {
+    /// Returns the heading on the map that the key `heading` gives, if it does.
+    pub fn map_heading(&self) -> Option<f64> {
+        match self.orientation {
+            Orientation::Fixed(heading) => Some(heading),
+            Orientation::Tangential | Orientation::Offset(_) => None,
+        }
+    }
 }
 
 /// Returns the tags of a feature, and the special values of its metadata. `known` are properties
@@ -98,18 +113,9 @@ fn take(key: &str, value: &Value, tags: &mut Tags, special: &mut Special) -> boo
                 return false;
             }
         },
-        "theta" | "yaw" | "orientation" => match angle(value) {
-            Some(angle) => special.heading = Some(angle),
-            None => return false,
-        },
-        "heading_offset" => match angle(value) {
-            Some(angle) => special.orientation = Orientation::Offset(angle),
-            None => return false,
-        },
-        "heading" => match angle(value) {
-            Some(angle) => special.orientation = Orientation::Fixed(angle),
-            None => return false,
-        },
+        "theta" | "yaw" | "orientation" | "heading_offset" | "heading" => {
+            return take_angle(key, value, special);
+        }
         REVERSE_OF => match text(value) {
             Some(id) => special.reverse_of = Some(id),
             None => return false,
@@ -119,10 +125,28 @@ fn take(key: &str, value: &Value, tags: &mut Tags, special: &mut Special) -> boo
     true
 }
 
-/// Returns the angle in radians of a number or a quaternion. A number beyond a full turn isn't an
-/// angle.
+/// Takes an angle. Returns whether it is one; notes it otherwise.
+fn take_angle(key: &str, value: &Value, special: &mut Special) -> bool {
+    let Some(known) = ANGLES.into_iter().find(|known| *known == key) else { return false };
+    let Some(angle) = angle(value) else {
+        if !value.is_null() {
+            let plain = text(value).unwrap_or_else(|| value.to_string());
+            special.wrong_angles.insert(known, plain);
+        }
+        return false;
+    };
+    match known {
+        "heading_offset" => special.orientation = Orientation::Offset(angle),
+        "heading" => special.orientation = Orientation::Fixed(angle),
+        _ => special.heading = Some(angle),
+    }
+    true
+}
+
+/// Returns the angle in radians of a number, also one in quotation marks, or of a quaternion. A
+/// number beyond a full turn isn't an angle.
 fn angle(value: &Value) -> Option<f64> {
-    if let Some(angle) = value.as_f64() {
+    if let Some(angle) = number(value) {
         return (angle.abs() <= 2.0 * PI).then_some(angle);
     }
     let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| value.get(name).and_then(Value::as_f64));

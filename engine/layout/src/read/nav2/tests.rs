@@ -120,6 +120,36 @@ fn nodes_have_headings_roles_and_frames() {
 }
 
 #[test]
+fn an_angle_that_cannot_be_used_is_told_with_its_value_and_node() {
+    let point = |id: u32, metadata: &str| {
+        format!(
+            r#"{{"type": "Feature", "properties": {{"id": {id}, "metadata": {{{metadata}}}}}, "geometry": {{"type": "Point", "coordinates": [{id}, 9]}}}}"#
+        )
+    };
+    let points = [
+        point(11, r#""theta": 90"#),
+        point(12, r#""theta": 6.5"#),
+        point(13, r#""yaw": "north""#),
+        point(14, r#""theta": "1.57""#),
+        point(15, r#""heading": 1.25"#),
+        point(16, r#""heading": 120"#),
+    ];
+    let edge = line(r#""id": 7, "startid": 1, "endid": 2, "heading": 180"#, "[]");
+    let text = with_lines(&format!("{},\n{edge}", points.join(",\n")));
+    let (graph, messages) = graph_of(&text);
+    for told in [
+        "node `11` and 1 more: its `theta` `90` isn't an angle in radians",
+        "node `13`: its `yaw` `north` isn't",
+        "node `16`: its `heading` `120` isn't",
+        "edge `7`: its `heading` `180` isn't",
+    ] {
+        assert!(messages.contains(told), "{told}: {messages}");
+    }
+    let heading = |id: u32| graph.node(graph.node_by_id(id).expect("a node")).theta;
+    assert_eq!((heading(14), heading(15)), (1.57, 1.25));
+}
+
+#[test]
 fn a_speed_that_is_not_a_number_above_0_is_told_with_its_edge() {
     let speeds = ["\"fast\"", "-0.5", "\"fast\"", "\" 0.4 \"", "0"];
     let edge = |(index, speed): (usize, &&str)| {

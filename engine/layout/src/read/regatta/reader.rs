@@ -126,6 +126,7 @@ impl<'text> Reader<'text> {
     }
 
     fn set_angle_unit(&mut self, key: &Key, value: &Value<'_>) {
+        self.content.graph.is_angle_unit_known = true;
         match value.lowercase().as_str() {
             "deg" | "degree" | "degrees" => self.content.graph.degrees = true,
             "rad" | "radian" | "radians" => self.content.graph.degrees = false,
