@@ -1,6 +1,6 @@
 //! The labels of a map. A label covers no other label and no symbol.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 use regatta_base::graph::NodeIndex;
@@ -234,7 +234,7 @@ impl Map<'_> {
 
     /// Places the labels of the nodes that are no stations.
     fn place_nodes(&self, taken: &mut Taken) -> Vec<Label> {
-        let stations: HashSet<NodeIndex> = self.graph.station_nodes().collect();
+        let stations: BTreeSet<NodeIndex> = self.graph.station_nodes().collect();
         let nodes = (0..).map(NodeIndex).zip(self.graph.nodes());
         let nodes = nodes.filter(|(index, _)| !stations.contains(index));
         nodes.filter_map(|(_, node)| self.place_node(node, taken)).collect()

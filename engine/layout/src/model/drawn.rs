@@ -1,7 +1,7 @@
 //! What drawings of a route graph show alike: stations under one naming, that of the viewer's
 //! pictures, and the kinds of the lines of the background.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
 use regatta_base::badge::Sign;
@@ -68,7 +68,7 @@ impl RouteGraph {
 
     /// Returns the nodes that are stations of their own: those with a role that serve no station.
     pub fn station_nodes(&self) -> impl Iterator<Item = NodeIndex> {
-        let served: HashSet<NodeIndex> =
+        let served: BTreeSet<NodeIndex> =
             self.stations().iter().flat_map(|station| &station.nodes).copied().collect();
         let nodes = (0..).map(NodeIndex).zip(self.nodes());
         let nodes = nodes.filter(|(_, node)| node.role != Role::None);
