@@ -197,7 +197,7 @@ fn an_interrupted_study_tells_what_it_has_measured() {
     kill_process(pid, Signal::INT).expect("it runs");
     let text = text(&study.wait_with_output().expect("it ends"));
     assert!(text.contains("The master copes with 2 vehicles on this layout"), "{text}");
-    assert!(text.contains("Interrupted: the study was ended before its end"), "{text}");
+    assert!(text.contains("Interrupted: the study was stopped early"), "{text}");
     assert_eq!(plant.answer()["points"].as_array().map(Vec::len), Some(1));
 }
 

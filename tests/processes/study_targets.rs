@@ -283,9 +283,9 @@ fn a_study_replays_the_file_of_orders_of_a_load() {
 fn a_file_of_orders_comes_with_other_generators() {
     let folder = tempfile::tempdir().expect("a folder");
     plant(folder.path());
-    let load = "generators: [{orders: day.csv}, {per_hour: 60, among: [B0]}]";
+    let load = "generators: [{orders: day.csv}, {per_hour: 60, from: [B0], to: [B1]}]";
     let scenario = with_operator(folder.path(), "both.yaml", load);
-    assert!(points(folder.path(), &scenario, &[])[0]["throughput"].is_object());
+    assert!(points(folder.path(), &scenario, &[])[0]["orders_per_hour"].is_object());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Conditions in which a vehicle doesn't do what its master wants.
 
-use super::errors::{Cause, Fault};
+use super::errors::{Cause, Fault, Until};
 use super::jobs::Paused;
 use super::order::End;
 use super::{Command, Site, Vehicle};
@@ -121,6 +121,9 @@ impl Vehicle {
             self.progress.last_node_id.clone_from(&node.id);
         }
         self.condition = Condition::Well;
+        if !self.is_broken() {
+            self.forget_faults(Until::Over);
+        }
         self.faults.retain(|fault| fault.cause != Cause::NotLocalized);
         self.outbox.state = true;
     }

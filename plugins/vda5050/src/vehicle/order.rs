@@ -36,7 +36,7 @@ impl Vehicle {
             Ok(Decision::Ignore) => {}
             Ok(Decision::Begin(_)) if self.fate.refuses_order() => {
                 let reason = "a disturbance lets the vehicle refuse this order";
-                self.report(Fault::new(Cause::NotAvailable, reason).about_order(&order));
+                self.report(Fault::new(Cause::NoRoute, reason).about_order(&order));
             }
             Ok(Decision::Begin(plan)) => self.begin(order, plan, site),
             Ok(Decision::Continue(plan)) => self.carry_on(order, plan, site),
