@@ -212,7 +212,7 @@ fn progress_is_a_line_where_there_is_no_terminal() {
     let output = report(folder.path(), &["udp", "--secs", "3", "--robots", "10", "--hz", "10"]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{message}");
-    assert_eq!(message, "sending 10 robots at 10 Hz: 0 of 1 done after 1 s\n");
+    assert_eq!(message, "regatta: sending 10 robots at 10 Hz: 0 of 1 done after 1 s\n");
 }
 
 #[test]

@@ -124,7 +124,7 @@ fn jobs_and_layouts_that_were_changed_are_written_anew() {
     assert_eq!(fs::read_to_string(layout_file).expect("a layout"), layout);
     assert_eq!(Job::read(&job_file).expect("a job"), job);
     let doubts = store.take_doubts();
-    assert!(doubts.len() == 2 && doubts.iter().all(|doubt| doubt.contains("written anew")));
+    assert!(doubts.len() == 2 && doubts.iter().all(|doubt| doubt.contains("written again")));
 }
 
 #[cfg(unix)]

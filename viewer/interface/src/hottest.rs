@@ -22,7 +22,7 @@ const NEAR: f32 = 16.0;
 const FARTHER: f32 = 1.4;
 const DISTANCES: i32 = 11;
 /// The number of directions in which a label may lie.
-const DIRECTIONS: u8 = 12;
+const DIRECTIONS: u8 = 24;
 /// The least distance between labels, and from a label to another one's place, in points.
 const GAP: f32 = 4.0;
 /// The space around the text, in points.
@@ -124,21 +124,37 @@ impl Hottest<'_> {
 }
 
 /// Returns where labels lie in a room, the first ones the nearest to their places. None lies over
-/// an element of the picture, over another label, over a place or over the line to one. One without
-/// room has no place.
+/// an element of the picture, over another label or over a place, nor over the line to one if that
+/// can be avoided. One without room has no place.
 fn place(room: Rect, placement: &Placement, spots: &[Spot]) -> Vec<Option<Placed>> {
     let mut placed: Vec<Option<Placed>> = Vec::new();
     for spot in spots {
-        let free = candidates(*spot).find(|candidate| {
-            let frame = candidate.frame;
-            room.contains_rect(frame)
-                && placement.is_clear(frame.expand(GAP))
-                && !spots.iter().any(|other| frame.expand(GAP).contains(other.at))
-                && !placed.iter().flatten().any(|other| is_in_the_way(candidate, other))
-        });
-        placed.push(free);
+        let next = place_next(*spot, room, placement, spots, &placed);
+        placed.push(next);
     }
     placed
+}
+
+/// Returns where the label of a spot lies, given those that have a place.
+fn place_next(
+    spot: Spot,
+    room: Rect,
+    placement: &Placement,
+    spots: &[Spot],
+    placed: &[Option<Placed>],
+) -> Option<Placed> {
+    let mut clear = candidates(spot).filter(|candidate| {
+        let frame = candidate.frame.expand(GAP);
+        room.contains_rect(candidate.frame)
+            && placement.is_clear(frame)
+            && !spots.iter().any(|other| frame.contains(other.at))
+            && !placed.iter().flatten().any(|other| frame.intersects(other.frame))
+    });
+    let first = clear.next()?;
+    let mut all = std::iter::once(first).chain(clear);
+    let best =
+        all.find(|candidate| !placed.iter().flatten().any(|other| is_in_the_way(candidate, other)));
+    Some(best.unwrap_or(first))
 }
 
 /// The frames in which a label may lie, the nearest first, above its place before others.
@@ -155,11 +171,9 @@ fn candidates(Spot { at, size }: Spot) -> impl Iterator<Item = Placed> {
     })
 }
 
-/// Whether two labels overlap, or one lies over the other one's line.
+/// Whether one of two labels lies over the other one's line.
 fn is_in_the_way(one: &Placed, other: &Placed) -> bool {
-    one.frame.expand(GAP).intersects(other.frame)
-        || crosses(one.line, other.frame)
-        || crosses(other.line, one.frame)
+    crosses(one.line, other.frame) || crosses(other.line, one.frame)
 }
 
 fn crosses([from, to]: [Pos2; 2], frame: Rect) -> bool {
