@@ -102,7 +102,7 @@ const CLOCK_HZ: f64 = 100.0;
 /// Returns the processor time of a process, in seconds.
 ///
 /// # Errors
-/// Where there is no `/proc`.
+/// If the system has no `/proc`, or the process has ended.
 pub fn processor_secs_of(pid: u32) -> Result<f64, Failure> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat"))?;
     // The name of the program, in parentheses, may contain anything.

@@ -67,8 +67,8 @@ impl FrameHistory {
         Self { frames: VecDeque::new(), bytes: 0, budget }
     }
 
-    /// Keeps a copy of a frame and of the activities of its robots if one is due. Drops copies that are too old or have no room.
-    /// Another run resets the history.
+    /// Keeps a copy of a frame and of the activities of its robots if one is due. Drops copies that
+    /// are too old or have no room. Another run resets the history.
     pub fn take(&mut self, frame: &Frame<'_>, activities: Option<&[f32]>) {
         let now = frame.header().sim_time_nanos;
         let last = self.frames.back().map(|last| (last.header.run_id, last.header.sim_time_nanos));

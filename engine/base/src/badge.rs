@@ -45,7 +45,7 @@ pub enum Sign {
     Transfer,
 }
 
-/// How badges are drawn.
+/// The drawing of a badge.
 #[derive(Clone, Copy, Debug)]
 pub struct Badge<'a> {
     /// The radius.

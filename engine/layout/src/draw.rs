@@ -45,10 +45,10 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 ///
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
 /// they allow reverse gear. Nodes show their headings; stations are badges with the sign of their
-/// role, which the legend names, doors bars, cabins of lifts outlines. Labels are names or else ids:
-/// those of nodes in grey, unless there are thousands; those of edges in the colour of the edge, if
-/// there are few. Zones have their names in their middle. A label without room is left out. The
-/// lines of the background are grey walls, and thinner brown racks.
+/// role, which the legend names, doors bars, cabins of lifts outlines. Labels are names or else
+/// ids: those of nodes in grey, unless there are thousands; those of edges in the colour of the
+/// edge, if there are few. Zones have their names in their middle. A label without room is left
+/// out. The lines of the background are grey walls, and thinner brown racks.
 pub fn svg(graph: &RouteGraph) -> String {
     Map::new(graph).write(None)
 }

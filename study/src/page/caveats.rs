@@ -238,7 +238,8 @@ pub(super) fn safety(answer: &Answer) -> String {
              {others}.{bound}{managed}"
         ),
         count => format!(
-            "**Robots touched each other {count} times** in {runs} runs{}; {others}.{bound}{managed}",
+            "**Robots touched each other {count} times** in {runs} runs{}; \
+             {others}.{bound}{managed}",
             first_finding(answer, CONTACT)
         ),
     }

@@ -45,7 +45,7 @@ pub struct LegendRoom {
     pub below: f32,
 }
 
-/// What a legend explains.
+/// The parts of a legend.
 #[derive(Clone, Debug)]
 pub struct LegendView<'a> {
     /// The theme.

@@ -1,6 +1,6 @@
-//! The filter of robots: by activity, type, order and zone. Robots that don't match are dimmed in the
-//! picture, and those of other levels than the filter's are hidden. A thread other than the drawing
-//! one computes the matches.
+//! The filter of robots: by activity, type, order and zone. Robots that don't match are dimmed in
+//! the picture, and those of other levels than the filter's are hidden. A thread other than the
+//! drawing one computes the matches.
 
 use std::sync::Arc;
 

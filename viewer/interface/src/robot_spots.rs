@@ -92,8 +92,8 @@ fn near_bounds(camera: &Camera, size: Vec2, radius: f32) -> Option<Bounds> {
 }
 
 /// Draws the ids of robots over them, in a look that ids of nodes and edges don't have. Where they
-/// are dense, some are left out, and so are those that would lie under an element over the picture or
-/// beyond its end.
+/// are dense, some are left out, and so are those that would lie under an element over the picture
+/// or beyond its end.
 pub fn draw(
     context: &Context,
     clip: Rect,

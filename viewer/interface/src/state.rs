@@ -156,8 +156,8 @@ impl Interface {
         self.messages.add(text.into());
     }
 
-    /// Selects one item or nothing, and opens the selection panel for an item. The camera stays where
-    /// it is, since the next click is aimed at what is there.
+    /// Selects one item or nothing, and opens the selection panel for an item. The camera stays
+    /// where it is, since the next click is aimed at what is there.
     pub fn select(&mut self, item: Option<Item>) {
         self.selection.set(item);
         self.open_selection();

@@ -20,8 +20,8 @@ const MAX_LABELLED_NODES: usize = 2000;
 /// The largest number of characters of a label.
 const LONGEST_LABEL: usize = 28;
 
-/// The mean width of a character relative to the size of the font, and the height of a line. Viewers
-/// have fonts of their own: these are the sizes of a wide one.
+/// The mean width of a character relative to the size of the font, and the height of a line.
+/// Viewers have fonts of their own: these are the sizes of a wide one.
 const GLYPH: DVec2 = DVec2::new(0.62, 1.15);
 /// The mean width of a capital letter.
 const CAPITAL: f64 = 0.72;

@@ -1,5 +1,5 @@
-//! What drawings of a route graph show alike: stations under one naming, that of the viewer's
-//! pictures, and the kinds of the lines of the background.
+//! The common parts of all drawings of a route graph: stations under one naming, that of the
+//! viewer's pictures, and the kinds of the lines of the background.
 
 use std::collections::BTreeSet;
 
