@@ -11,6 +11,7 @@ use crate::activities::{Activities, RobotCounts};
 use crate::facilities::{Facility, facilities};
 use crate::failure::Failure;
 use crate::output::show;
+use crate::processes::{self, processes};
 
 /// The fleet that a command is sent to.
 #[derive(Args)]
@@ -24,12 +25,14 @@ pub struct Target {
 pub fn status(json: bool, target: &Target) -> Result<(), Failure> {
     let status = Control::open(&target.fleet)?.status()?;
     let facilities = facilities(&target.fleet)?;
+    let processes = processes(&target.fleet)?;
     let activities = Activities::join(&target.fleet)?.wait_for_run(status.run_id)?;
     if json {
         let mut value = status_json(&status, activities);
         if !facilities.is_empty() {
             value["facilities"] = facilities.iter().map(Facility::json).collect();
         }
+        value["processes"] = processes.iter().map(processes::to_json).collect();
         println!("{value}");
         return Ok(());
     }
@@ -37,6 +40,7 @@ pub fn status(json: bool, target: &Target) -> Result<(), Failure> {
     for facility in &facilities {
         show(facility.line() + "\n");
     }
+    show(processes::lines(&processes));
     Ok(())
 }
 

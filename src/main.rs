@@ -15,6 +15,7 @@ mod graph;
 mod new;
 mod orders;
 mod plugin;
+mod processes;
 mod recording;
 mod report;
 mod run;

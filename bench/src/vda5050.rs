@@ -18,7 +18,7 @@ use regatta::supervisor::Supervisor;
 use regatta_base::random::Random;
 use regatta_base::thousands;
 use regatta_layout::generate::Warehouse;
-use regatta_layout::{ReadOptions, RouteGraph, parse};
+use regatta_layout::{NodeIndex, ReadOptions, RouteGraph, parse};
 use regatta_vda5050::broker::{Broker, BrokerUrl, Delivery, Incoming, Session};
 use regatta_vda5050::message::{
     Edge, Header, Node, Order, State, Topic, Version, decode, encode, timestamp,
@@ -138,17 +138,19 @@ struct Way {
 impl Ways {
     fn of(graph: &RouteGraph) -> Self {
         let mut by_origin: HashMap<String, Vec<Way>> = HashMap::new();
-        let name = |node| {
-            let node = graph.node(node);
-            node.name().map_or_else(|| node.id.to_string(), str::to_owned)
-        };
         for edge in graph.edges() {
             let id = edge.name().map_or_else(|| edge.id.to_string(), str::to_owned);
-            let way = Way { edge: id, end: name(edge.destination) };
-            by_origin.entry(name(edge.origin)).or_default().push(way);
+            let way = Way { edge: id, end: node_name(graph, edge.destination) };
+            by_origin.entry(node_name(graph, edge.origin)).or_default().push(way);
         }
         Self { by_origin }
     }
+}
+
+/// The name of a node, or else its id.
+fn node_name(graph: &RouteGraph, node: NodeIndex) -> String {
+    let node = graph.node(node);
+    node.name().map_or_else(|| node.id.to_string(), str::to_owned)
 }
 
 fn measure(

@@ -61,6 +61,10 @@ pub struct Observers {
     waits_for: Option<ColumnReader>,
     /// By robot: metres east and north in the newest frame.
     places: Vec<[f32; 2]>,
+    /// By robot: the index of its edge in the newest frame.
+    edges: Vec<u32>,
+    /// The ids of all edges of the world.
+    edge_ids: Vec<u32>,
     /// The robots that are held, broken or faulted in the newest frame.
     out_of_service: Vec<u32>,
     /// The states in which stalls were found, with their simulated times in seconds.
@@ -94,6 +98,8 @@ impl Observers {
             validator: is_judged.then(|| Validator::new(Settings::default())),
             waits_for: None,
             places: Vec::new(),
+            edges: Vec::new(),
+            edge_ids: Vec::new(),
             out_of_service: Vec::new(),
             found: Vec::new(),
             stalls: 0,
@@ -121,7 +127,9 @@ impl Observers {
 
     /// Returns the state of the fleet in the newest frame.
     fn state(&mut self) -> FleetState {
+        let ids = self.edges.iter().map(|edge| self.edge_ids.get(*edge as usize).copied());
         FleetState {
+            edges: ids.collect::<Option<_>>().unwrap_or_default(),
             waits_for: self.waiting(),
             places: self.places.clone(),
             out_of_service: self.out_of_service.clone(),
@@ -174,12 +182,15 @@ impl Plugin for Observers {
     }
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.edge_ids = world.edges().iter().map(|edge| edge.id).collect();
         self.readers().try_for_each(|reader| reader.on_world(world))
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         self.places.clear();
         self.places.extend(frame.x().iter().zip(frame.y()).map(|(x, y)| [*x, *y]));
+        self.edges.clear();
+        self.edges.extend_from_slice(frame.edge());
         self.out_of_service.clear();
         for (robot, state) in (0..).zip(frame.state()) {
             let state = RobotState::from_number(*state);

@@ -23,6 +23,20 @@ fn a_paused_fleet_makes_no_ticks_until_it_is_stepped() {
 }
 
 #[test]
+fn a_status_lists_the_processes_of_the_fleet_without_itself() {
+    let fleet = Fleet::start("listed", "thirty.yaml", &[]);
+    let status = fleet.status();
+    let processes = status["processes"].as_array().expect("a list");
+    let names: Vec<_> = processes.iter().filter_map(|process| process["name"].as_str()).collect();
+    assert_eq!(names, ["engine"], "{processes:?}");
+    assert_eq!(processes[0]["pid"], status["pid"]);
+    assert_eq!(processes[0]["state"], "running");
+    let output = regatta().args(["status", "--fleet", &fleet.name.to_string()]).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("\nprocess  engine  running  pid "), "{text}");
+}
+
+#[test]
 fn steps_are_made_at_the_requested_speed() {
     let fleet = Fleet::start("paced-steps", "thirty.yaml", &["--speed", "2"]);
     fleet.control(&["pause"]);

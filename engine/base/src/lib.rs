@@ -22,6 +22,7 @@ pub mod graph;
 mod ln;
 pub mod name;
 pub mod outline;
+pub mod parts;
 pub mod random;
 pub mod round;
 pub mod rows;

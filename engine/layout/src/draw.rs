@@ -13,6 +13,7 @@ use regatta_base::round;
 use regatta_base::svg::Svg;
 
 use crate::model::angle::unit;
+use crate::model::apart::{Apart, DrawnCabin, DrawnLevel};
 use crate::model::drawn::DrawnStation;
 use crate::model::info::BoundingBox;
 use crate::model::path::Path;
@@ -22,6 +23,8 @@ use crate::traffic::Certificate;
 
 /// The longer side of the map in pixels, margins included.
 const LONGER_SIDE: f64 = 1600.0;
+/// The longer side of a map of several levels.
+const LONGER_SIDE_OF_LEVELS: f64 = 2400.0;
 /// The margin around the graph in pixels.
 const MARGIN: f64 = 48.0;
 /// The height of the legend below the map in pixels.
@@ -33,6 +36,9 @@ const MAX_SCALE: f64 = 60.0;
 /// The colours of the background, and of texts and nodes.
 const PAPER: &str = "#fafbfc";
 const INK: &str = "#30363d";
+
+/// The colour of the frames of levels.
+const FRAME: &str = "#c3cad2";
 
 /// The colours of walls and of racks.
 const WALL: &str = "#8b949e";
@@ -48,9 +54,10 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 /// role, which the legend names, doors bars, cabins of lifts outlines. Labels are names or else
 /// ids: those of nodes in grey, unless there are thousands; those of edges in the colour of the
 /// edge, if there are few. Zones have their names in their middle. A label without room is left
-/// out. The lines of the background are grey walls, and thinner brown racks.
+/// out. The lines of the background are grey walls, and thinner brown racks. The levels of a
+/// building are side by side, each in a frame with its name.
 pub fn svg(graph: &RouteGraph) -> String {
-    Map::new(graph).write(None)
+    Map::new(&Apart::new(graph)).write(None)
 }
 
 /// As [`svg`], with a certificate of the graph. Bands under the edges are single tracks (dead ends
@@ -59,11 +66,13 @@ pub fn svg(graph: &RouteGraph) -> String {
 /// nodes of the smallest ring of three robots or more that may all wait, or of two (magenta). A
 /// legend names those there.
 pub fn svg_with_traffic(graph: &RouteGraph, certificate: &Certificate) -> String {
-    Map::new(graph).write(Some(certificate))
+    Map::new(&Apart::new(graph)).write(Some(certificate))
 }
 
 struct Map<'g> {
     graph: &'g RouteGraph,
+    levels: &'g [DrawnLevel],
+    cabins: &'g [DrawnCabin],
     bounds: BoundingBox,
     /// Pixels per metre.
     scale: f64,
@@ -77,12 +86,12 @@ struct Map<'g> {
 }
 
 impl<'g> Map<'g> {
-    fn new(graph: &'g RouteGraph) -> Self {
-        let stations = graph.stations().iter().filter_map(|station| station.position);
-        let bounds = BoundingBox::of(graph)
-            .with(graph.background().iter().flat_map(|line| &line.points).copied().chain(stations));
+    fn new(apart: &'g Apart<'g>) -> Self {
+        let Apart { graph, levels, cabins } = apart;
+        let bounds = apart.bounds();
         let extent = bounds.size().max(DVec2::splat(0.1));
-        let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
+        let longer_side = if levels.is_empty() { LONGER_SIDE } else { LONGER_SIDE_OF_LEVELS };
+        let scale = ((longer_side - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
         // At least as wide as the legend.
         let size =
             (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
@@ -95,7 +104,7 @@ impl<'g> Map<'g> {
             graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
         lengths.sort_by(f64::total_cmp);
         let (detail, stations) = (lengths[lengths.len() / 2], graph.drawn_stations());
-        Self { graph, bounds, scale, size, speeds, detail, stations }
+        Self { graph, levels, cabins, bounds, scale, size, speeds, detail, stations }
     }
 
     fn pixel(&self, point: DVec2) -> DVec2 {
@@ -112,6 +121,7 @@ impl<'g> Map<'g> {
         svg.decimals = 1;
         svg.background(PAPER);
         self.write_grid(&mut svg);
+        self.write_frames(&mut svg);
         self.write_background(&mut svg);
         self.write_facilities(&mut svg);
         if let Some(certificate) = certificate {
@@ -152,6 +162,15 @@ impl<'g> Map<'g> {
             y -= step;
         }
         svg.element("path").fill("none").stroke("#e8ebef", 1).polylines(lines);
+    }
+
+    /// Writes a frame around each level, whose name is among the labels.
+    fn write_frames(&self, svg: &mut Svg) {
+        for level in self.levels {
+            let [low, high] = [level.low, level.high].map(|corner| self.pixel(corner));
+            let size = (high - low).abs();
+            svg.rect(low.min(high), size).fill("none").stroke(FRAME, 1);
+        }
     }
 
     /// Writes the lines of the background: racks, and over them walls.
@@ -332,8 +351,11 @@ mod tests {
     fn doors_and_lifts_are_drawn_and_named() {
         let text = include_str!("../../../graphs/two-levels.yaml");
         let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
-        assert_eq!(map.matches(facilities::FACILITY).count(), 2 + 2 + 3, "and three names");
+        assert_eq!(map.matches(facilities::FACILITY).count(), 2 + 4 + 4, "and four names");
         assert!(map.contains(">hall</text>") && map.contains(">lift</text>"));
+        for level in ["ground", "upper"] {
+            assert_eq!(map.matches(&format!(">{level}</text>")).count(), 2, "with its halo: {map}");
+        }
     }
 
     #[test]

@@ -30,6 +30,7 @@ pub mod read;
 pub mod traffic;
 pub mod write;
 
+pub use model::apart::{Apart, DrawnCabin, DrawnLevel};
 pub use model::change::{ChangeError, EdgeChange};
 pub use model::drawn::DrawnStation;
 pub use model::facilities::{Cabin, Door, DoorTimes, Lift, LiftLevel};

@@ -1,6 +1,7 @@
 //! The model of a layout: a route graph, before and after its validation.
 
 pub mod angle;
+pub mod apart;
 pub mod change;
 pub mod components;
 pub mod drawn;

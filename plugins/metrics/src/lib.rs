@@ -13,7 +13,7 @@ mod fleet;
 mod jams;
 mod orders;
 pub mod page;
-mod processes;
+pub mod processes;
 mod rhythm;
 mod row;
 pub mod server;

@@ -49,6 +49,14 @@ impl ProcessMonitor {
     }
 }
 
+/// Returns the live processes of a fleet, sorted by name, without their load.
+///
+/// # Errors
+/// Returns the reason why they can't be listed, in one line.
+pub fn list(fleet: &FleetName) -> ProcessList {
+    Sampler::default().sample(fleet)
+}
+
 fn sample_repeatedly(fleet: &FleetName, newest: &Weak<Mutex<ProcessList>>) {
     let mut sampler = Sampler::default();
     while let Some(newest) = newest.upgrade() {

@@ -47,6 +47,9 @@ pub struct Stall {
     /// The places, in metres east and north, of the robots and of those that they waited for; empty
     /// if they aren't known.
     pub places: BTreeMap<u32, [f32; 2]>,
+    /// The ids of the edges on which they were, as far as known.
+    #[serde(default)]
+    pub edges: BTreeMap<u32, u32>,
     /// The robots that were held, broken or faulted.
     pub out_of_service: Vec<u32>,
 }
@@ -79,6 +82,9 @@ pub struct FleetState {
     pub waits_for: BTreeMap<u32, u32>,
     /// By robot: metres east and north.
     pub places: Vec<[f32; 2]>,
+    /// By robot: the id of its edge; empty if they aren't known.
+    #[serde(default)]
+    pub edges: Vec<u32>,
     /// The robots that are held, broken or faulted.
     pub out_of_service: Vec<u32>,
 }
@@ -134,16 +140,16 @@ impl FindingEntry {
             None => (None, Some(&seen.last)),
             Some(_) => (Some(self.time_secs), seen.at(self.time_secs)),
         };
-        let (mut waits_for, mut places) = (BTreeMap::new(), BTreeMap::new());
+        let mut waits_for = BTreeMap::new();
+        let (mut places, mut edges) = (BTreeMap::new(), BTreeMap::new());
         let mut out_of_service = Vec::new();
         if let Some(state) = state {
             out_of_service.clone_from(&state.out_of_service);
             waits_for.clone_from(&state.waits_for);
             waits_for.retain(|robot, _| self.robots.contains(robot));
             let involved = self.robots.iter().chain(waits_for.values());
-            places.extend(
-                involved.filter_map(|robot| Some((*robot, *state.places.get(*robot as usize)?))),
-            );
+            places = of_robots(&state.places, involved.clone());
+            edges = of_robots(&state.edges, involved);
         }
         let Self { robots, place, .. } = self;
         Stall {
@@ -155,9 +161,15 @@ impl FindingEntry {
             seen_secs,
             waits_for,
             places,
+            edges,
             out_of_service,
         }
     }
+}
+
+/// Returns the values of some robots, of those that have one.
+fn of_robots<'a, T: Copy>(values: &[T], robots: impl Iterator<Item = &'a u32>) -> BTreeMap<u32, T> {
+    robots.filter_map(|robot| Some((*robot, *values.get(*robot as usize)?))).collect()
 }
 
 impl Stall {
@@ -254,11 +266,13 @@ mod tests {
         let last = FleetState {
             waits_for: BTreeMap::from([(0, 1), (1, 2), (7, 0)]),
             places: vec![[1.0, 2.5], [3.0, 2.5], [5.0, 2.5], [9.0, 0.0]],
+            edges: vec![7, 7, 8, 9],
             out_of_service: vec![2],
         };
         let earlier = FleetState {
             waits_for: BTreeMap::from([(1, 0)]),
             places: vec![[1.0, 2.5], [3.0, 0.5]],
+            edges: Vec::new(),
             out_of_service: Vec::new(),
         };
         let seen = SeenStates { last, found: vec![(400.0, earlier)] };
@@ -271,6 +285,7 @@ mod tests {
         assert_eq!(stalls[1].seen(), "at the end of the run");
         let involved: Vec<u32> = stalls[1].places.keys().copied().collect();
         assert_eq!(involved, [0, 1, 2]);
+        assert_eq!(stalls[1].edges, BTreeMap::from([(0, 7), (1, 7), (2, 8)]));
         let said: Vec<String> = stalls.iter().map(ToString::to_string).collect();
         assert_eq!(
             said,

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use regatta_base::svg::Svg;
-use regatta_layout::RouteGraph;
+use regatta_layout::{Apart, RouteGraph};
 
 use super::plan::{MARGIN, Plan};
 use crate::bottleneck::Bottleneck;
@@ -25,7 +25,9 @@ pub fn heat_map(
     bottlenecks: &[Bottleneck],
     secs: u64,
 ) -> String {
-    let plan = Plan::of_roads(graph, LEGEND_WIDTH);
+    let apart = Apart::new(graph);
+    let graph = &*apart.graph;
+    let plan = Plan::of_roads(&apart, LEGEND_WIDTH);
     let most = edges.iter().map(|edge| edge.waiting_secs / secs as f64).fold(0.0, f64::max);
     let mut svg = Svg::new(0);
     svg.document(plan.size + DVec2::new(0.0, LEGEND), "")
@@ -34,10 +36,11 @@ pub fn heat_map(
         .open();
     svg.decimals = 1;
     svg.background("#fff");
+    plan.draw_levels(&mut svg, &apart.levels);
     plan.draw_background(&mut svg, graph);
     let all = graph.edges().iter().map(|edge| plan.curves(edge));
     svg.element("path").fill("none").stroke("#dfe4ea", 1).curves(all);
-    plan.draw_facilities(&mut svg, graph);
+    plan.draw_facilities(&mut svg, &apart);
     let mut by_class = [const { Vec::new() }; RAMP.len()];
     for edge in edges.iter().filter(|edge| edge.waiting_secs > 0.0) {
         if let Some(index) = graph.edge_by_id(edge.edge) {
@@ -53,7 +56,7 @@ pub fn heat_map(
     }
     let marked = &bottlenecks[..bottlenecks.len().min(MARKED)];
     let marks: Vec<DVec2> =
-        marked.iter().map(|bottleneck| plan.pixel(bottleneck.position.into())).collect();
+        marked.iter().map(|bottleneck| plan.pixel(place(graph, bottleneck))).collect();
     plan.draw_stations(&mut svg, graph, &marks);
     for ((bottleneck, at), rank) in marked.iter().zip(marks).zip(1..) {
         svg.element("g").open();
@@ -70,6 +73,12 @@ pub fn heat_map(
     }
     write_legend(&mut svg, plan.size.y, most);
     svg.finish()
+}
+
+/// Returns the place of a bottleneck on a graph whose levels lie apart.
+fn place(graph: &RouteGraph, bottleneck: &Bottleneck) -> DVec2 {
+    let node = graph.node_by_id(bottleneck.node);
+    node.map_or(bottleneck.position.into(), |node| graph.node(node).position)
 }
 
 /// Returns the class of a figure. Each class holds half of the figures of the next, since few
@@ -110,6 +119,31 @@ mod tests {
         for name in ["hall", "store", "lift"] {
             assert!(svg.contains(&format!("<title>{name}</title>")), "{svg}");
         }
+    }
+
+    #[test]
+    fn levels_lie_apart_on_the_plan_and_marks_lie_on_their_levels() {
+        let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0, Level: L1}\n\
+            - {Id: 2, X: 9, Y: 0, Theta: 0, Level: L1}\n\
+            - {Id: 3, X: 0, Y: 0, Theta: 0, Level: L2}\n\
+            - {Id: 4, X: 9, Y: 0, Theta: 0, Level: L2}\nEdges:\n\
+            - {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n\
+            - {Id: 2, Origin_ID: 3, Destination_ID: 4, CurveType: Linear, VelocityForward: 1}\n";
+        let graph = parse(text, "g.yaml", &ReadOptions::default()).expect("a graph").0;
+        let bottleneck = |node| Bottleneck {
+            node,
+            name: None,
+            position: [9.0, 0.0],
+            edges: Vec::new(),
+            robots_waiting: 1.0,
+            share: 0.5,
+            facilities: Vec::new(),
+        };
+        let svg = heat_map(&graph, &[], &[bottleneck(2), bottleneck(4)], 600);
+        assert!(svg.contains(">L1</text>") && svg.contains(">L2</text>"), "{svg}");
+        let discs: Vec<_> = svg.match_indices("<circle").map(|(at, _)| &svg[at..at + 40]).collect();
+        assert_eq!(discs.len(), 2, "{svg}");
+        assert_ne!(discs[0], discs[1], "{svg}");
     }
 
     #[test]

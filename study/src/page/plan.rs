@@ -4,7 +4,8 @@ use glam::DVec2;
 use regatta_base::badge::Badge;
 use regatta_base::outline::LineKind;
 use regatta_base::svg::Svg;
-use regatta_layout::{Edge, RouteGraph};
+use regatta_layout::model::info::BoundingBox;
+use regatta_layout::{Apart, DrawnLevel, Edge, RouteGraph};
 
 /// The longer side of the plan in pixels.
 const LONGER_SIDE: f64 = 1100.0;
@@ -13,6 +14,9 @@ const FACILITY: &str = "#9c5a1a";
 /// The colours of walls and of racks, those of `regatta graph draw`.
 const WALL: &str = "#8b949e";
 const RACK: &str = "#d3c4a6";
+/// The colour of the frames of levels, and the size of the letters of their names, in pixels.
+const FRAME: &str = "#c3cad2";
+const LEVEL_LETTER: f64 = 12.0;
 /// The colour of stations and their names.
 const STATION_COLOUR: &str = "#5a6875";
 /// The radius of a station's badge in metres, and the least and the greatest one in pixels.
@@ -40,12 +44,9 @@ pub(super) struct Plan {
 impl Plan {
     /// Returns the plan of all roads with what is round them. The picture has at least a width in
     /// pixels.
-    pub fn of_roads(graph: &RouteGraph, least_width: f64) -> Self {
-        let roads = graph.edges().iter().flat_map(|edge| edge.path.control_points());
-        let background = graph.background().iter().flat_map(|line| line.points.iter().copied());
-        let stations = graph.stations().iter().filter_map(|station| station.position);
-        let (low, high) = bounds(roads.chain(background).chain(stations));
-        let mut plan = Self::of_rectangle(low, high);
+    pub fn of_roads(apart: &Apart<'_>, least_width: f64) -> Self {
+        let BoundingBox { min_x, min_y, max_x, max_y } = apart.bounds();
+        let mut plan = Self::of_rectangle(DVec2::new(min_x, min_y), DVec2::new(max_x, max_y));
         plan.size.x = plan.size.x.max(least_width);
         plan
     }
@@ -91,6 +92,17 @@ impl Plan {
             let lines = lines.filter(|(_, of_line)| **of_line == kind);
             let lines = lines.map(|(line, _)| line.points.iter().map(|point| self.pixel(*point)));
             svg.element("path").fill("none").stroke(colour, width).polylines(lines);
+        }
+    }
+
+    /// Draws a frame round each level of a building, with its name above.
+    pub fn draw_levels(&self, svg: &mut Svg, levels: &[DrawnLevel]) {
+        for DrawnLevel { name, low, high } in levels {
+            let corner = self.pixel(DVec2::new(low.x, high.y));
+            let size = (*high - *low) * self.scale;
+            svg.rect(corner, size).fill("none").stroke(FRAME, 1);
+            let text = svg.text(corner + DVec2::new(2.0, -4.0));
+            text.number("font-size", LEVEL_LETTER).fill(STATION_COLOUR).content(name);
         }
     }
 
@@ -156,12 +168,13 @@ impl Plan {
 
     /// Draws doors as bars, and the outlines of cabins where they are known, each with its name as
     /// a tooltip.
-    pub fn draw_facilities(&self, svg: &mut Svg, graph: &RouteGraph) {
-        let doors = graph.doors().iter();
-        let doors = doors.map(|door| (&*door.name, door.drawn_line(graph).to_vec()));
-        let lifts = graph.lifts().iter();
-        let lifts = lifts.filter_map(|lift| Some((&*lift.name, lift.cabin?.outline().to_vec())));
-        for (name, line) in doors.chain(lifts) {
+    pub fn draw_facilities(&self, svg: &mut Svg, apart: &Apart<'_>) {
+        let doors = apart.graph.doors().iter();
+        let doors = doors.map(|door| (&*door.name, door.drawn_line(&apart.graph).to_vec()));
+        let cabins = apart.cabins.iter();
+        let cabins =
+            cabins.filter_map(|cabin| Some((&*cabin.name, cabin.footprint?.outline().to_vec())));
+        for (name, line) in doors.chain(cabins) {
             let path = svg.element("path").fill("none").stroke(FACILITY, 3);
             path.polylines([line.into_iter().map(|point| self.pixel(point))]).open();
             svg.element("title").content(name);

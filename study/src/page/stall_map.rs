@@ -1,8 +1,10 @@
 //! The plan round robots that made no progress, as SVG: who waits for whom.
 
+use std::collections::BTreeMap;
+
 use glam::DVec2;
 use regatta_base::svg::Svg;
-use regatta_layout::RouteGraph;
+use regatta_layout::{Apart, RouteGraph};
 
 use super::plan::Plan;
 use crate::outcome::Stall;
@@ -26,35 +28,55 @@ const ARROW: &str = "#1d2733";
 /// they waited for in grey, and an arrow from each to the robot that it waited for. `None` if it
 /// isn't known where they were.
 pub fn stall_map(graph: &RouteGraph, stall: &Stall) -> Option<String> {
-    let around = [DVec2::splat(-AROUND), DVec2::splat(AROUND)];
-    let centres = stall.places.values().map(|place| metres(*place));
-    let points = centres.flat_map(|centre| around.map(|offset| centre + offset));
     if stall.places.is_empty() {
         return None;
     }
+    let apart = Apart::new(graph);
+    let places = places(graph, &apart, stall);
+    let around = [DVec2::splat(-AROUND), DVec2::splat(AROUND)];
+    let points = places.values().flat_map(|centre| around.map(|offset| *centre + offset));
     let plan = Plan::of_part(points, LEAST);
     let mut svg = Svg::new(0);
     svg.document(plan.size, "").set("font-family", "sans-serif").set("font-size", 12).open();
     svg.decimals = 1;
     svg.background("#fff");
-    plan.draw_background(&mut svg, graph);
-    let roads = graph.edges().iter().map(|edge| plan.curves(edge));
+    plan.draw_levels(&mut svg, &apart.levels);
+    plan.draw_background(&mut svg, &apart.graph);
+    let roads = apart.graph.edges().iter().map(|edge| plan.curves(edge));
     svg.element("path").fill("none").stroke(ROADS, 2).curves(roads);
-    plan.draw_facilities(&mut svg, graph);
-    draw_nodes(&mut svg, graph, &plan);
-    for (robot, place) in &stall.places {
-        let at = plan.pixel(metres(*place));
+    plan.draw_facilities(&mut svg, &apart);
+    draw_nodes(&mut svg, &apart.graph, &plan);
+    draw_robots(&mut svg, stall, &places, &plan);
+    Some(svg.finish())
+}
+
+/// Returns the places of the robots of a stall on a graph whose levels lie apart.
+fn places(graph: &RouteGraph, apart: &Apart<'_>, stall: &Stall) -> BTreeMap<u32, DVec2> {
+    let mut places = BTreeMap::new();
+    for (robot, [x, y]) in &stall.places {
+        let edge = stall.edges.get(robot).and_then(|edge| graph.edge_by_id(*edge));
+        let moved = edge.map_or(DVec2::ZERO, |edge| {
+            apart.graph.edge(edge).path.start() - graph.edge(edge).path.start()
+        });
+        places.insert(*robot, DVec2::new((*x).into(), (*y).into()) + moved);
+    }
+    places
+}
+
+/// Draws robots with their numbers, and the arrows between them.
+fn draw_robots(svg: &mut Svg, stall: &Stall, places: &BTreeMap<u32, DVec2>, plan: &Plan) {
+    for (robot, place) in places {
+        let at = plan.pixel(*place);
         let colour = if stall.robots.contains(robot) { STANDS } else { OTHER };
         svg.circle(at, RADIUS).fill(colour).stroke("#fff", 1.5);
         let text = svg.text(at + DVec2::new(0.0, 4.5)).set("text-anchor", "middle");
         text.fill("#fff").content(robot);
     }
     for (robot, other) in &stall.waits_for {
-        if let (Some(from), Some(to)) = (stall.places.get(robot), stall.places.get(other)) {
-            arrow(&mut svg, plan.pixel(metres(*from)), plan.pixel(metres(*to)));
+        if let (Some(from), Some(to)) = (places.get(robot), places.get(other)) {
+            arrow(svg, plan.pixel(*from), plan.pixel(*to));
         }
     }
-    Some(svg.finish())
 }
 
 /// Draws the nodes on the plan, with their names or ids unless there are too many.
@@ -87,14 +109,8 @@ fn arrow(svg: &mut Svg, from: DVec2, to: DVec2) {
     svg.element("polygon").fill(ARROW).points(head);
 }
 
-fn metres([x, y]: [f32; 2]) -> DVec2 {
-    DVec2::new(x.into(), y.into())
-}
-
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use regatta_layout::{ReadOptions, parse};
 
     use super::*;
@@ -113,6 +129,7 @@ mod tests {
             seen_secs: None,
             waits_for: BTreeMap::from([(0, 7), (3, 0)]),
             places: BTreeMap::from([(0, [2.0, 0.0]), (3, [4.0, 0.0]), (7, [0.0, 0.0])]),
+            edges: BTreeMap::new(),
             out_of_service: Vec::new(),
         };
         let svg = stall_map(&graph, &stall).expect("a picture");
@@ -122,5 +139,29 @@ mod tests {
         assert!([">0<", ">3<", ">7<"].iter().all(|robot| svg.contains(robot)), "{svg}");
         stall.places.clear();
         assert_eq!(stall_map(&graph, &stall), None);
+    }
+
+    #[test]
+    fn robots_above_each_other_stand_on_their_levels() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs");
+        let text =
+            std::fs::read_to_string(folder.join("two-levels.yaml")).expect("a shipped plant");
+        let graph = parse(&text, "g.yaml", &ReadOptions::default()).expect("a graph").0;
+        let stall = Stall {
+            kind: StallKind::Standstill,
+            from_secs: 60.0,
+            until_secs: None,
+            robots: vec![0, 1],
+            place: None,
+            seen_secs: None,
+            waits_for: BTreeMap::new(),
+            places: BTreeMap::from([(0, [22.0, 4.0]), (1, [22.0, 4.0])]),
+            edges: BTreeMap::from([(0, 10), (1, 15)]),
+            out_of_service: Vec::new(),
+        };
+        let places = places(&graph, &Apart::new(&graph), &stall);
+        assert!(places[&0].distance(places[&1]) > 10.0, "{places:?}");
+        let svg = stall_map(&graph, &stall).expect("a picture");
+        assert!(svg.contains(">ground</text>") && svg.contains(">upper</text>"), "{svg}");
     }
 }

@@ -128,6 +128,7 @@ fn stalling(most: u32) -> (Curve, Known) {
                             waits_for: BTreeMap::new(),
                             places: BTreeMap::new(),
                             out_of_service: Vec::new(),
+                            edges: BTreeMap::new(),
                         });
                     }
                     known.insert((robots, seed), Ok(run));

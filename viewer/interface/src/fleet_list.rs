@@ -305,11 +305,11 @@ impl Row {
 }
 
 impl Row {
-    /// The edge by its name, or by its id (`e12`) if the name has more than so many letters.
+    /// The edge by its name, or by its id if the name has more than so many letters.
     fn edge_text(&self, letters: f32) -> String {
         match &self.edge {
             Some((name, _)) if name.chars().count() as f32 <= letters => name.clone(),
-            Some((_, id)) => format!("e{id}"),
+            Some((_, id)) => id.to_string(),
             None => "–".to_owned(),
         }
     }

@@ -9,6 +9,7 @@ use regatta_scene::camera::Camera;
 use regatta_scene::curves::midpoint;
 use regatta_scene::heat::{Figure, HotEdge, LABELLED};
 use regatta_scene::is_on_level;
+use regatta_scene::names::edge_name;
 use regatta_scene::palette::Theme;
 
 use super::levels::PictureArea;
@@ -113,10 +114,7 @@ impl Hottest<'_> {
         let labels = (1..).zip(edges.take(LABELLED)).filter_map(|(rank, (hot, edge))| {
             let place = (midpoint(self.world, edge)? + self.offset).extend(0.0);
             let at = area.place(self.camera, place).filter(|at| clip.contains(*at))?;
-            let name = match self.world.text(edge.name) {
-                "" => format!("e{}", edge.id),
-                name => name.to_owned(),
-            };
+            let name = edge_name(self.world, edge);
             Some(Label { text: format!("{rank}  {name}  {}", value(self.figure, hot)), at })
         });
         labels.collect()

@@ -4,6 +4,7 @@
 
 use egui::{Align2, ComboBox, Event, FontId, LayerId, Pos2, Rect, Stroke, StrokeKind, Ui, vec2};
 use glam::{Vec2, Vec3};
+use regatta_base::parts::columns;
 use regatta_scene::camera::{Bounds, Camera};
 
 use super::context::{PanelContext, Request};
@@ -55,20 +56,6 @@ impl PictureArea {
         let at = at - self.picture.min;
         camera.unproject(Vec2::new(at.x, at.y), self.size())
     }
-}
-
-/// Returns into how many columns a picture is best divided for so many parts that show things of
-/// some width and height.
-pub fn columns(parts: u32, size: Vec2, extent: Vec2) -> u32 {
-    let mut best = (0.0, 1);
-    for columns in 1..=parts {
-        let part = size / Vec2::new(columns as f32, parts.div_ceil(columns) as f32);
-        let scale = (part / extent.max(Vec2::splat(0.1))).min_element();
-        if scale > best.0 {
-            best = (scale, columns);
-        }
-    }
-    best.1
 }
 
 /// Divides a picture for levels, from the upper left corner on. All parts have the same number of
@@ -260,15 +247,6 @@ mod tests {
     use egui::pos2;
 
     use super::*;
-
-    #[test]
-    fn parts_are_as_large_as_possible() {
-        let size = Vec2::new(1200.0, 800.0);
-        assert_eq!(columns(2, size, Vec2::new(100.0, 10.0)), 1, "wide ones below each other");
-        assert_eq!(columns(2, size, Vec2::new(10.0, 100.0)), 2);
-        assert_eq!(columns(4, size, Vec2::new(30.0, 20.0)), 2);
-        assert_eq!(columns(1, size, Vec2::ZERO), 1);
-    }
 
     #[test]
     fn parts_have_the_same_whole_number_of_pixels_and_lie_within_the_picture() {

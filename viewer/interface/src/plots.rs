@@ -59,10 +59,18 @@ impl Detail {
     }
 }
 
-/// A plot: its title, and its lines with their names and colours.
+/// A plot: its title, and its lines.
 struct Figure {
     title: &'static str,
-    lines: Vec<(String, Color32, Vec<[f64; 2]>)>,
+    lines: Vec<NamedLine>,
+}
+
+/// A line of a plot.
+struct NamedLine {
+    name: &'static str,
+    colour: Color32,
+    /// Times in seconds, and values.
+    points: Vec<[f64; 2]>,
 }
 
 /// The panel of the plots.
@@ -110,32 +118,50 @@ impl PlotsPanel {
 
 fn figures(context: &PanelContext<'_>, samples: &[Sample]) -> Vec<Figure> {
     let colours = context.colours;
-    let line = |name: &str, colour, value: &dyn Fn(&Sample) -> Option<f64>| {
-        let points =
-            samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
-        (name.to_owned(), colour, points)
-    };
-    let seen = Activity::ALL
-        .into_iter()
-        .filter(|activity| samples.iter().any(|sample| sample.count(*activity) > 0));
-    let activities = seen.map(|activity| {
-        line(activity.name(), activity_colour(activity, context.theme), &|sample| {
-            Some(sample.count(activity).into())
-        })
-    });
-    let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {
-        title,
-        lines: vec![line("", colour, value)],
-    };
+    let waiting = activity_colour(Activity::Waiting, context.theme);
     vec![
-        Figure { title: "robots by activity", lines: activities.collect() },
-        one("waiting", activity_colour(Activity::Waiting, context.theme), &|sample| {
-            Some(sample.count(Activity::Waiting).into())
+        Figure { title: "robots by activity", lines: activities(context, samples) },
+        one("waiting", waiting, samples, |sample| Some(sample.count(Activity::Waiting).into())),
+        one("touching pairs", colours.bad, samples, |sample| sample.touching().map(f64::from)),
+        one("edges entered per hour", colours.good, samples, |sample| {
+            sample.throughput().map(f64::from)
         }),
-        one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
-        one("edges entered per hour", colours.good, &|sample| sample.throughput().map(f64::from)),
-        one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
+        one("mean speed, m/s", colours.accent, samples, |sample| Some(sample.mean_speed.into())),
     ]
+}
+
+/// A line for each activity that robots have had.
+fn activities(context: &PanelContext<'_>, samples: &[Sample]) -> Vec<NamedLine> {
+    let mut lines = Vec::new();
+    for activity in Activity::ALL {
+        if samples.iter().any(|sample| sample.count(activity) > 0) {
+            let colour = activity_colour(activity, context.theme);
+            lines.push(line(activity.name(), colour, samples, |sample| {
+                Some(sample.count(activity).into())
+            }));
+        }
+    }
+    lines
+}
+
+/// A figure of one line.
+fn one(
+    title: &'static str,
+    colour: Color32,
+    samples: &[Sample],
+    value: impl Fn(&Sample) -> Option<f64>,
+) -> Figure {
+    Figure { title, lines: vec![line("", colour, samples, value)] }
+}
+
+fn line(
+    name: &'static str,
+    colour: Color32,
+    samples: &[Sample],
+    value: impl Fn(&Sample) -> Option<f64>,
+) -> NamedLine {
+    let points = samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?]));
+    NamedLine { name, colour, points: points.collect() }
 }
 
 /// The times of plots, in seconds.
@@ -160,16 +186,14 @@ fn plot(
     detail: Detail,
 ) -> (Option<f64>, Option<f64>) {
     values(context, ui, figure, samples, times, detail);
-    if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
+    if figure.lines.iter().all(|line| line.points.is_empty()) {
         ui.label(style::faint(ui, "not published"));
         return (None, None);
     }
     let colours = context.colours;
     let plotted = axes(ui, figure, times, detail).show(ui, |axes| {
-        for (name, colour, points) in &figure.lines {
-            axes.line(
-                Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5),
-            );
+        for NamedLine { name, colour, points } in &figure.lines {
+            axes.line(Line::new(*name, PlotPoints::from(points.clone())).color(*colour).width(1.5));
         }
         for (name, secs, colour) in
             [("shown", times.shown, colours.accent), ("pointer", times.hovered, colours.faint)]
@@ -207,7 +231,7 @@ fn values(
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
         ui.label(style::faint(ui, figure.title));
-        for (name, colour, points) in figure.lines.iter().filter(|_| has_room) {
+        for NamedLine { name, colour, points } in figure.lines.iter().filter(|_| has_room) {
             let value = points
                 .iter()
                 .rfind(|point| point[0] <= at)

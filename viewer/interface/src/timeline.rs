@@ -28,11 +28,13 @@ const SHORTEST_LOOP: u64 = 50_000_000;
 
 /// The least width of a row with all texts, in points.
 const WIDE: f32 = 640.0;
-/// The width of the buttons of a recording's row, and the least width of its name, in points.
+/// The width of the buttons of a recording's row, of its first and last time, and the least width
+/// of its name, in points.
 const BUTTONS: f32 = 260.0;
+const ENDS: f32 = 150.0;
 const SHORTEST_NAME: f32 = 60.0;
 /// The least width of the rest of a row in which a text is shown, in points.
-const LEAST_REST: f32 = 24.0;
+const LEAST_REST: f32 = 60.0;
 
 /// The kinds of marks, from the top lane down, with their names.
 pub(super) const KINDS: [(MarkKind, &str); 4] = [
@@ -122,8 +124,9 @@ impl TimelinePanel {
         if is_wide {
             ui.label(RichText::new("recording").size(11.0).color(colours.accent));
         }
+        let others = if is_wide { BUTTONS + ENDS } else { BUTTONS };
         ui.scope(|ui| {
-            ui.set_max_width((ui.available_width() - BUTTONS).max(SHORTEST_NAME));
+            ui.set_max_width((ui.available_width() - others).max(SHORTEST_NAME));
             ui.add(Label::new(RichText::new(timeline.name).strong()).truncate());
         });
         if is_wide {

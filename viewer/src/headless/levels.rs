@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use glam::UVec2;
 use image::{Rgba, RgbaImage, imageops};
+use regatta_base::parts::columns;
 use regatta_gpu::TargetConfig;
 use regatta_interface::labels::{Labels, levels};
 use regatta_interface::legend;
-use regatta_interface::levels::columns;
 use regatta_plugin::{Error, Result};
 use regatta_scene::camera::Camera;
 

@@ -1,7 +1,6 @@
 //! Doors and lifts on a map: a bar across the edges of a door, and the outline of a cabin.
 
 use glam::DVec2;
-use regatta_base::graph::NodeIndex;
 use regatta_base::svg::Svg;
 
 use super::Map;
@@ -17,10 +16,10 @@ impl Map<'_> {
         for [start, end] in self.doors() {
             svg.line(start, end).stroke(FACILITY, 3.0);
         }
-        for lift in self.graph.lifts() {
-            let outline = match lift.cabin {
-                Some(cabin) => cabin.outline().map(|corner| self.pixel(corner)),
-                None => square(self.cabin_centre(lift.levels[0].nodes[0])),
+        for cabin in self.cabins {
+            let outline = match cabin.footprint {
+                Some(footprint) => footprint.outline().map(|corner| self.pixel(corner)),
+                None => square(self.pixel(cabin.centre)),
             };
             let path = svg.element("path").fill(FACILITY).stroke(FACILITY, 2.0);
             path.set("fill-opacity", 0.15).polylines([outline]);
@@ -39,15 +38,8 @@ impl Map<'_> {
             let [start, end] = door.drawn_line(self.graph);
             (self.pixel((start + end) / 2.0), &*door.name)
         });
-        let lifts = self.graph.lifts().iter().map(|lift| {
-            let node = self.cabin_centre(lift.levels[0].nodes[0]);
-            (lift.cabin.map_or(node, |cabin| self.pixel(cabin.centre)), &*lift.name)
-        });
-        doors.chain(lifts)
-    }
-
-    fn cabin_centre(&self, node: NodeIndex) -> DVec2 {
-        self.pixel(self.graph.node(node).position)
+        let cabins = self.cabins.iter();
+        doors.chain(cabins.map(|cabin| (self.pixel(cabin.centre), &*cabin.name)))
     }
 }
 

@@ -32,6 +32,12 @@ const BORDER: f64 = 6.0;
 /// The size of the font of the names of stations.
 const STATION_FONT: f64 = 11.0;
 
+/// The size of the font of the names of levels, and their distance from the frame, in pixels.
+const LEVEL_FONT: f64 = 15.0;
+const LEVEL_GAP: f64 = 3.0;
+/// The direction from a frame's corner to the name above it.
+const UP_RIGHT: DVec2 = DVec2::new(1.0, -1.0);
+
 /// The colour of the names of zones.
 const ZONE: &str = "#57606a";
 
@@ -167,18 +173,19 @@ impl Map<'_> {
         svg.close();
     }
 
-    /// Returns the labels that have room. Doors and lifts come first, then stations, nodes, zones,
+    /// Returns the labels that have room. Levels come first, then doors and lifts, then stations, nodes, zones,
     /// edges.
     fn labels(&self) -> Vec<Label> {
         let (nodes, edges) = (self.graph.nodes(), self.graph.edges());
         let mut taken = self.symbols();
+        let mut labels = self.place_levels(&mut taken);
         let facilities = self.facility_names().take(MAX_LABELLED_NODES);
         let facilities = facilities.filter_map(|(place, name)| {
             let label = Label::new(name, STATION_FONT, FACILITY);
             let centres = label.centres_around(place, FACILITY_GAP);
             taken.place(label, centres)
         });
-        let mut labels: Vec<Label> = facilities.collect();
+        labels.extend(facilities);
         if self.stations.len() <= MAX_LABELLED_NODES {
             labels.extend(self.place_stations(&mut taken));
         }
@@ -240,6 +247,18 @@ impl Map<'_> {
         nodes.filter_map(|(_, node)| self.place_node(node, taken)).collect()
     }
 
+    /// Places the names of levels in the upper left corners of their frames.
+    fn place_levels(&self, taken: &mut Taken) -> Vec<Label> {
+        let mut labels = Vec::new();
+        for level in self.levels {
+            let label = Label::new(&level.name, LEVEL_FONT, INK);
+            let corner = self.pixel(DVec2::new(level.low.x, level.high.y));
+            let centre = corner + DVec2::new(LEVEL_GAP, -LEVEL_GAP) + label.half_size() * UP_RIGHT;
+            labels.extend(taken.place(label, [centre]));
+        }
+        labels
+    }
+
     fn place_zones(&self, taken: &mut Taken) -> Vec<Label> {
         let zones = self.graph.zone_places();
         let labels = zones.into_iter().take(MAX_LABELLED_NODES).filter_map(|(name, place)| {
@@ -287,6 +306,7 @@ mod tests {
     use regatta_base::bezier::CubicBezier;
 
     use super::*;
+    use crate::model::apart::Apart;
     use crate::model::route_graph::RouteGraph;
     use crate::model::tags::{Role, Station, Tags};
 
@@ -333,7 +353,8 @@ mod tests {
             names in prop::collection::vec("[A-Za-z0-9 -]{1,30}", 1..9),
         ) {
             let graph = graph(&points, &names);
-            let map = Map::new(&graph);
+            let apart = Apart::new(&graph);
+            let map = Map::new(&apart);
             let labels = map.labels();
             prop_assert!(!labels.is_empty());
             for (index, label) in labels.iter().enumerate() {
@@ -352,7 +373,8 @@ mod tests {
     #[test]
     fn nodes_at_one_spot_have_labels_around_it() {
         let graph = graph(&[(1.0, 1.0), (1.0, 1.0), (1.0, 1.0), (9.0, 9.0)], &["a".to_owned()]);
-        let names = Map::new(&graph).labels().iter().filter(|label| label.text == "a").count();
+        let names =
+            Map::new(&Apart::new(&graph)).labels().iter().filter(|label| label.text == "a").count();
         assert!(names >= 4, "{names}");
     }
 
@@ -362,7 +384,7 @@ mod tests {
             .map(|index| (f64::from(index % 20) * 5.0, f64::from(index / 20) * 5.0))
             .collect();
         let graph = graph(&points, &["n".to_owned()]);
-        let labels = Map::new(&graph).labels();
+        let labels = Map::new(&Apart::new(&graph)).labels();
         assert_eq!(labels.iter().filter(|label| label.text == "n").count(), points.len());
     }
 
@@ -379,7 +401,8 @@ mod tests {
     fn labels_lie_neither_on_the_border_of_a_picture_nor_over_doors() {
         let text = include_str!("../../../../graphs/two-levels.yaml");
         let graph = crate::parse(text, "g", &crate::ReadOptions::default()).expect("a plant").0;
-        let map = Map::new(&graph);
+        let apart = Apart::new(&graph);
+        let map = Map::new(&apart);
         for label in map.labels() {
             let Area { min, max } = label.area();
             assert!(min.min_element() >= BORDER && max.cmple(map.size - BORDER).all(), "{label:?}");

@@ -1,6 +1,8 @@
 //! The legend below a map: the scale, the counts and the colours of the speeds, and then rows of
 //! keys: the signs of stations, and the matters of a certificate.
 
+use std::collections::BTreeSet;
+
 use glam::DVec2;
 use regatta_base::round;
 use regatta_base::svg::Svg;
@@ -28,8 +30,8 @@ impl Map<'_> {
     /// Returns the keys of what is drawn: the roles of stations first.
     pub(super) fn keys(&self, certificate: Option<&Certificate>) -> Vec<Key> {
         let roles = [Role::Pick, Role::Drop, Role::Transfer, Role::Park, Role::Charge];
-        let is_drawn = |role: &Role| self.stations.iter().any(|station| station.role == *role);
-        let roles = roles.into_iter().filter(is_drawn).map(Key::Station);
+        let drawn: BTreeSet<Role> = self.stations.iter().map(|station| station.role).collect();
+        let roles = roles.into_iter().filter(|role| drawn.contains(role)).map(Key::Station);
         let matters = certificate.map_or_else(Vec::new, |certificate| self.found(certificate));
         roles.chain(matters.into_iter().map(Key::Matter)).collect()
     }

@@ -8,7 +8,7 @@ use regatta_base::badge::Sign;
 use regatta_base::graph::NodeIndex;
 use regatta_base::outline::{LineKind, kinds};
 
-use super::route_graph::RouteGraph;
+use super::route_graph::{Edge, RouteGraph};
 use super::tags::Role;
 
 /// A station on a drawing.
@@ -58,6 +58,14 @@ impl RouteGraph {
             drawn.push(DrawnStation { name, role: node.role, place: node.position, nodes: &[] });
         }
         drawn
+    }
+
+    /// Returns the level of an edge on a drawing: that of its origin or, if that is on none, its own
+    /// or that of its destination.
+    pub fn drawn_level<'a>(&'a self, edge: &'a Edge) -> Option<&'a str> {
+        let own = edge.tags.as_ref().and_then(|tags| tags.level.as_deref());
+        let [from, to] = [edge.origin, edge.destination].map(|node| self.node(node).level());
+        from.or(own).or(to)
     }
 
     /// Returns the kind of each line of the background.

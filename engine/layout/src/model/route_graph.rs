@@ -63,6 +63,11 @@ impl Node {
         self.tags.as_ref()?.name.as_deref()
     }
 
+    /// Returns the name of its level (floor), if it has one.
+    pub fn level(&self) -> Option<&str> {
+        self.tags.as_ref()?.level.as_deref()
+    }
+
     /// Returns its other names: the one beside an id that is a text, and those of nodes that are
     /// joined with it.
     pub fn other_names(&self) -> Vec<String> {

@@ -6,7 +6,8 @@ use std::num::NonZeroU32;
 use glam::DVec2;
 use regatta_base::graph::{EdgeIndex, NodeIndex};
 
-use super::route_graph::RouteGraph;
+use super::facilities::Lift;
+use super::route_graph::{Edge, Node, RouteGraph};
 use super::tags::Tags;
 
 /// A group of nodes and edges with a rule. A robot is in it while it stands at or drives along one
@@ -40,28 +41,40 @@ impl ZoneRule {
 
 impl RouteGraph {
     /// Returns the names of the zones, with and without a rule, and the middle of the members of
-    /// each, in metres from [`origin`](Self::origin). The zones of lifts are left out.
+    /// each on each level, in metres from [`origin`](Self::origin). The zones of lifts are left out.
     pub fn zone_places(&self) -> Vec<(&str, DVec2)> {
-        let mut members: BTreeMap<&str, Vec<DVec2>> = BTreeMap::new();
+        let mut members: BTreeMap<(&str, Option<&str>), Vec<DVec2>> = BTreeMap::new();
         for zone in self.zones() {
-            let nodes = zone.nodes.iter().map(|node| self.node(*node).position);
-            let edges = zone.edges.iter().map(|edge| self.edge(*edge).path.at(0.5).0);
-            members.insert(&zone.name, nodes.chain(edges).collect());
-        }
-        let nodes = self.nodes().iter().map(|node| (node.tags.as_deref(), node.position));
-        let edges = self.edges().iter().map(|edge| (edge.tags.as_deref(), edge.path.at(0.5).0));
-        let ruled: BTreeSet<&str> = self.zones().iter().map(|zone| &*zone.name).collect();
-        for (tags, place) in nodes.chain(edges) {
-            if let Some(name) = tags.and_then(zone_of).filter(|name| !ruled.contains(name)) {
-                members.entry(name).or_default().push(place);
+            let nodes = zone.nodes.iter().map(|node| node_member(self.node(*node)));
+            let edges = zone.edges.iter().map(|edge| self.edge_member(self.edge(*edge)));
+            for (level, place) in nodes.chain(edges) {
+                members.entry((&zone.name, level)).or_default().push(place);
             }
         }
-        for lift in self.lifts() {
-            members.remove(&*lift.zone_name());
+        let nodes = self.nodes().iter();
+        let nodes = nodes.map(|node| (node.tags.as_deref(), node_member(node)));
+        let edges = self.edges().iter();
+        let edges = edges.map(|edge| (edge.tags.as_deref(), self.edge_member(edge)));
+        let ruled: BTreeSet<&str> = self.zones().iter().map(|zone| &*zone.name).collect();
+        for (tags, (level, place)) in nodes.chain(edges) {
+            if let Some(name) = tags.and_then(zone_of).filter(|name| !ruled.contains(name)) {
+                members.entry((name, level)).or_default().push(place);
+            }
         }
-        members.retain(|_, places| !places.is_empty());
-        members.into_iter().map(|(name, places)| (name, middle(&places))).collect()
+        let of_lifts: BTreeSet<String> = self.lifts().iter().map(Lift::zone_name).collect();
+        members.retain(|(name, _), _| !of_lifts.contains(*name));
+        members.into_iter().map(|((name, _), places)| (name, middle(&places))).collect()
     }
+
+    /// Returns the level and the middle of an edge.
+    fn edge_member<'a>(&'a self, edge: &'a Edge) -> (Option<&'a str>, DVec2) {
+        (self.drawn_level(edge), edge.path.at(0.5).0)
+    }
+}
+
+/// Returns the level and the place of a node.
+fn node_member(node: &Node) -> (Option<&str>, DVec2) {
+    (node.level(), node.position)
 }
 
 fn middle(places: &[DVec2]) -> DVec2 {

@@ -74,6 +74,7 @@ fn stalled(kind: StallKind, robots: Vec<u32>, orders: f64) -> Measured {
         seen_secs: None,
         waits_for: Default::default(),
         places: Default::default(),
+        edges: Default::default(),
         out_of_service: Vec::new(),
     };
     Measured { stalls: vec![stall], unserved: 9, ..measured(orders) }

@@ -92,12 +92,16 @@ impl Joins {
     /// Returns the index of the node that is removed, and that of the one that stays: the one at
     /// which no road ends, or else the earlier one.
     fn order(&self, raw: &RawGraph, end: usize, other: usize) -> (usize, usize) {
-        let is_end = |index: usize| raw.nodes[index].id.is_some_and(|id| self.ends.contains(&id));
-        match (is_end(end), is_end(other)) {
+        match (self.is_end(&raw.nodes[end]), self.is_end(&raw.nodes[other])) {
             (true, false) => (end, other),
             (false, true) => (other, end),
             _ => (end.max(other), end.min(other)),
         }
+    }
+
+    /// Whether a road ends at a node.
+    fn is_end(&self, node: &RawNode) -> bool {
+        node.id.is_some_and(|id| self.ends.contains(&id))
     }
 
     /// Whether each of two nodes keeps what it has, and has nearly the same heading if a curve

@@ -147,7 +147,7 @@ fn warn_of_levels(levels: &[(Level, Vec<String>)], report: &mut Report<'_>) {
     let [(first, _), _, ..] = used.as_slice() else { return };
     let names: Vec<_> = used.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
     let message = format!(
-        "its {} levels ({}) are drawn over each other; robots on different levels never touch: \
+        "its {} levels ({}) lie over each other; robots on different levels never touch: \
          `--level NAME` picks one",
         used.len(),
         names.join(", ")

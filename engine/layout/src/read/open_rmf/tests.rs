@@ -151,7 +151,7 @@ fn a_building_has_the_times_of_its_doors_and_lifts() {
 fn lifts_join_the_levels_of_the_hotel() {
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), None);
     assert!(
-        messages(&findings).contains("3 levels (L1, L2, L3) are drawn over each other"),
+        messages(&findings).contains("3 levels (L1, L2, L3) lie over each other"),
         "{}",
         messages(&findings)
     );
@@ -174,7 +174,7 @@ fn lifts_join_the_levels_of_the_hotel() {
     assert!(layout.doors.iter().all(|door| door.line.is_some() && door.edges.len() == 2));
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), Some("L2"));
     assert_eq!((layout.nodes.len(), layout.edges.len()), (17, 32));
-    assert!(!messages(&findings).contains("drawn over"));
+    assert!(!messages(&findings).contains("lie over"));
     assert!(errors_of(&sample("office/0.yaml")).is_empty());
     let options = ReadOptions { level: Some("L9".into()), ..ReadOptions::default() };
     let error = parse(&sample("hotel/0.yaml"), "h.yaml", &options).expect_err("no such level");
