@@ -11,13 +11,8 @@ use crate::statistics::Interval;
 use crate::words::{Kind, NOT_KNOWN, in_words};
 use crate::workers::NOT_ALL_PLACED;
 
-/// The least orders of a busy robot in a run for a throughput: with fewer, those that are under
-/// way at the beginning and at the end count too much.
-const LEAST_ORDERS: f64 = 3.0;
 /// The part of the knee's throughput below which more robots carry clearly less.
 const FEWER: f64 = 0.8;
-/// The part of the time with an order from which on robots are busy.
-pub(super) const BUSY: f64 = 0.8;
 /// The largest number of numbers of robots that a sentence lists.
 const MOST_LISTED: usize = 4;
 
@@ -102,17 +97,13 @@ fn without_orders(variant: &VariantAnswer, stalled: u32) -> String {
     told.collect()
 }
 
-/// Returns the reason why a number of robots has finished too few orders for an answer: robots
-/// that were busy all the time, and have finished less than some orders each.
+/// Returns the reason why a number of robots has finished too few orders for an answer.
 fn too_few_orders(point: &PointAnswer) -> Option<String> {
-    let orders = point.finished_orders as f64 / point.runs.len() as f64;
-    let is_busy = point.utilisation.is_some_and(|part| part.mean > BUSY);
-    let is_few = orders < LEAST_ORDERS * f64::from(point.robots);
-    (is_busy && is_few).then(|| {
+    point.has_too_few_orders().then(|| {
         format!(
-            "{} finished {orders:.1} orders in a run, too few for a figure. Give a longer \
-             --duration.",
-            robots_in_words(point.robots)
+            "{} finished {:.1} orders in a run, too few for a figure. Give a longer --duration.",
+            robots_in_words(point.robots),
+            point.orders_of_run(),
         )
     })
 }
@@ -420,7 +411,7 @@ pub(super) fn orders_in_words(point: &PointAnswer) -> Option<String> {
 /// so that its throughput isn't known.
 pub(super) fn has_too_few(point: &PointAnswer) -> bool {
     let is_zero = point.orders_per_hour.is_some_and(|orders| orders.mean == 0.0);
-    point.finished_orders > 0 && (is_zero || too_few_orders(point).is_some())
+    point.finished_orders > 0 && (is_zero || point.has_too_few_orders())
 }
 
 /// Returns a throughput with half of its interval, if it is known.

@@ -34,6 +34,20 @@ fn a_layout_with_stations_gets_a_load_between_them() {
 }
 
 #[test]
+fn places_where_robots_of_a_scenario_start_are_told_as_left_out() {
+    let read = |robots: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("plant.csv"), RING).expect("written");
+        let path = folder.path().join("scenario.yaml");
+        let scenario = format!("graph: plant.csv\nrobots:\n- {{count: 1, {robots}}}\n");
+        std::fs::write(&path, scenario).expect("written");
+        Variant::read(&path, &ReadOptions::default()).expect("a variant").left_out
+    };
+    assert!(read("node: B").iter().any(|part| part.contains("where the scenario's robots start")));
+    assert_eq!(read("routes: none"), Vec::<String>::new());
+}
+
+#[test]
 fn stations_that_nobody_reaches_are_left_out_by_name() {
     let left_out = variant(
         "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,drop\nD,0,9,drop\nE,5,5,drop\n\nfrom,to\nA,B\nB,C\n\

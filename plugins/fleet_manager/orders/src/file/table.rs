@@ -35,6 +35,9 @@ pub struct Table {
     /// The time at which simulated time begins, if the file has dates or times of day: seconds
     /// since midnight or since 1970.
     pub begin: Option<FileTime>,
+    /// The line from which on times of day are those of the next day, if there is one: see
+    /// [`clock::midnight`].
+    pub midnight_line: Option<usize>,
     /// Whether a row has a time.
     pub has_times: bool,
     /// The names of the sheets of a workbook that have cells, too, and aren't read.
@@ -48,6 +51,21 @@ struct Row {
     time: Option<FileTime>,
     earliest: Option<FileTime>,
     deadline: Option<FileTime>,
+}
+
+impl Row {
+    /// Moves times of day to the next day: all from the line behind a midnight on, and deadlines
+    /// that would be long before the order's time.
+    fn set_days(&mut self, midnight_line: Option<usize>) {
+        if midnight_line.is_some_and(|line| self.line >= line) {
+            for time in [&mut self.time, &mut self.earliest, &mut self.deadline] {
+                *time = time.map(FileTime::next_day);
+            }
+        }
+        if let (Some(deadline), Some(time)) = (self.deadline, self.time) {
+            self.deadline = Some(clock::after(deadline, time));
+        }
+    }
 }
 
 /// Returns the text of a file: UTF-8, UTF-16 with a byte order mark, or else Windows-1252.
@@ -194,7 +212,12 @@ impl Table {
 
     /// Turns the times of rows into seconds of simulated time, which begins at the full hour before
     /// the first time of day or date.
-    fn set_times(&mut self, rows: Vec<Row>) {
+    fn set_times(&mut self, mut rows: Vec<Row>) {
+        let times = rows.iter().filter_map(|row| Some((row.line, row.time?)));
+        self.midnight_line = clock::midnight(times);
+        for row in &mut rows {
+            row.set_days(self.midnight_line);
+        }
         let first = rows.iter().find_map(|row| Some((row.line, row.time?)));
         self.has_times = first.is_some();
         let earliest = rows.iter().filter_map(|row| row.time).map(FileTime::secs);
@@ -351,6 +374,27 @@ mod tests {
         ] {
             let table = table(text);
             assert_eq!((rows(&table), &table.problems), (expected.clone(), &Vec::new()), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_night_shift_goes_on_after_midnight() {
+        let night = table(
+            "from,to,time,due\nA,B,22:00,22:30\nA,B,23:50,00:20\nA,B,00:05,00:35\nA,B,05:00,\n",
+        );
+        let times: Vec<_> = rows(&night).iter().map(|row| (row.0, row.1)).collect();
+        let minutes = |minutes: f64| minutes * 60.0;
+        let expected = [
+            (0.0, Some(minutes(30.0))),
+            (minutes(110.0), Some(minutes(140.0))),
+            (minutes(125.0), Some(minutes(155.0))),
+            (minutes(420.0), None),
+        ];
+        assert_eq!((times.as_slice(), night.midnight_line), (&expected[..], Some(4)));
+        // Two lists below each other, a row in the wrong place, and one that isn't sorted.
+        for times in ["06:00 22:00 06:10 21:00", "10:00 11:00 09:00", "23:00 01:00 23:30 02:00"] {
+            let text: String = times.split(' ').map(|time| format!("A,B,{time}\n")).collect();
+            assert_eq!(table(&format!("from,to,time\n{text}")).midnight_line, None, "{times}");
         }
     }
 
