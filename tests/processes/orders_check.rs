@@ -101,6 +101,15 @@ fn a_node_by_its_name_and_by_its_id_is_one_end_of_a_flow() {
     assert!(text.contains("     2  A → B\n     2  B → A\n"), "{text}");
 }
 
+/// Of such nodes, the first had the orders before.
+#[test]
+fn a_name_beside_the_ids_of_two_nodes_is_a_line() {
+    let plant = "id,name,x,y\nA,Dock,0,0\nB,Ramp,9,0\nC,Ramp,9,9\n\nfrom,to\nA,B\nB,C\nC,A\n";
+    let (code, text) = check_rows("from,to\nDock,B\nDock,Ramp\n", Some(plant));
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("line 3: stop 2: `Ramp` is neither the name nor the id"), "{text}");
+}
+
 #[test]
 fn hours_without_orders_share_a_line() {
     let rows = "from,to,time\n1,3,2019-05-01 08:10\n1,3,2026-05-01 09:20\n";

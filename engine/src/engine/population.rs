@@ -268,7 +268,7 @@ fn lift_record(graph: &RouteGraph, lift: &Lift, texts: &mut Texts) -> LiftRecord
     }
 }
 
-/// Adds the names of stations, and the aliases of nodes.
+/// Adds the names of stations, and the aliases of nodes that no other node has.
 fn add_other_names(graph: &RouteGraph, world: &mut WorldData) {
     let mut add = |name: &str, node: u32| {
         world.other_names.push(OtherNameRecord { name: world.texts.add(name), node });
@@ -278,9 +278,10 @@ fn add_other_names(graph: &RouteGraph, world: &mut WorldData) {
             add(&station.name, node.0);
         }
     }
+    let repeated = graph.repeated_names();
     for (node, index) in graph.nodes().iter().zip(0..) {
-        for name in node.other_names() {
-            add(&name, index);
+        for name in node.other_names().iter().filter(|name| !repeated.contains_key(*name)) {
+            add(name, index);
         }
     }
 }

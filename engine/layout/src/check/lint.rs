@@ -49,6 +49,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     );
     linter.warn_of_gaps();
     linter.warn_of_ids_as_names();
+    linter.warn_of_repeated_names();
 }
 
 /// Compares the total length of the splines with unequal handles under both conventions.
@@ -275,6 +276,18 @@ impl NodeLinter<'_, '_, '_> {
             "its name is the id of another node: orders, loads and commands mean the node with \
              the name, and `node: ID` of a scenario's robots the one with the id; rename it",
         );
+    }
+
+    /// Warns of names that several nodes have, so that none of them can be found by it.
+    fn warn_of_repeated_names(&mut self) {
+        for (name, nodes) in self.graph.repeated_names() {
+            let message = format!(
+                "several nodes have the name `{}`: orders and commands can't name one of them so; \
+                 use its id, or rename it",
+                shorten(&name)
+            );
+            self.warn_once(&nodes, &message);
+        }
     }
 
     /// Reports one warning for each strongly connected component that no leg enters, except the

@@ -1,6 +1,6 @@
 //! The validated route graph: its nodes, edges and legs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, NodeIndex, Rotation};
@@ -275,6 +275,22 @@ impl RouteGraph {
             return named;
         }
         self.nodes_where(|node| node.other_names().iter().any(|other| other == name))
+    }
+
+    /// Returns the nodes with each name or alias that several nodes have, and no station.
+    pub fn repeated_names(&self) -> BTreeMap<String, Vec<NodeIndex>> {
+        let mut names: BTreeMap<String, Vec<NodeIndex>> = BTreeMap::new();
+        for (node, index) in self.nodes.iter().zip((0..).map(NodeIndex)) {
+            let own = node.name().map(str::to_owned).into_iter();
+            for name in own.chain(node.other_names()).collect::<BTreeSet<_>>() {
+                names.entry(name).or_default().push(index);
+            }
+        }
+        for station in &self.stations {
+            names.remove(&station.name);
+        }
+        names.retain(|_, nodes| nodes.len() > 1);
+        names
     }
 
     fn nodes_where(&self, condition: impl Fn(&Node) -> bool) -> Vec<NodeIndex> {

@@ -49,6 +49,7 @@ type Stops = BTreeMap<(String, String), Vec<Stop>>;
 pub(super) fn connect(levels: &mut Levels, layout: &mut Layout, report: &mut Report<'_>) {
     for ((lift, _), stops) in stops(levels) {
         part(&stops, levels);
+        warn_of_single_level(&lift, &stops, levels, report);
         connect_stops(&lift, &stops, levels, layout, report);
     }
 }
@@ -121,6 +122,16 @@ fn part(stops: &[Stop], levels: &mut Levels) {
             let moved = &mut levels[pair[1].level].0.vertices[pair[1].vertex];
             moved.position = Some(below + DVec2::X * SHIFT);
         }
+    }
+}
+
+/// Warns of a lift in a building of several levels that has vertices on one of them only.
+fn warn_of_single_level(lift: &str, stops: &[Stop], levels: &Levels, report: &mut Report<'_>) {
+    let Some(first) = stops.first().filter(|_| levels.len() > 1) else { return };
+    if stops.iter().all(|stop| stop.level == first.level) {
+        let (lift, level) = (shorten(lift), shorten(&levels[first.level].0.name));
+        let message = format!("lift `{lift}` joins no levels: it has vertices on {level} only");
+        report.file_warning(vertex(levels, *first).at, message);
     }
 }
 

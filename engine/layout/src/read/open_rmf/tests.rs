@@ -184,6 +184,23 @@ fn lifts_join_the_levels_of_the_hotel() {
     );
 }
 
+#[test]
+fn a_lift_with_vertices_on_one_level_only_is_told() {
+    let level = |name: &str, lift: &str| {
+        format!(
+            "  {name}:\n    lanes: [[0, 1, {{}}], [1, 0, {{}}]]\n    vertices: [[0, 0, {{{lift}}}], \
+             [3, 0, {{}}]]\n"
+        )
+    };
+    let of = |first: &str| {
+        let levels = [level("L1", first), level("L2", "lift: A")].concat();
+        messages(&layout_of(&format!("building_name: x\nlevels:\n{levels}lifts: {{}}\n"), None).1)
+    };
+    let told = "lift `A` joins no levels: it has vertices on L2 only";
+    assert!(of("").contains(told), "{}", of(""));
+    assert!(!of("lift: A").contains(told), "{}", of("lift: A"));
+}
+
 /// The vertices of the generator's graph, and its lanes as pairs of them, each by its nearest in
 /// ours.
 fn compare(ours: &Layout, theirs: &Layout) {
