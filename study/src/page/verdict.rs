@@ -302,12 +302,13 @@ fn half(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
 }
 
 /// Returns the table of the numbers that a planner uses: up to which each further robot still
-/// brings much of what the first one brings, and which carries the most.
-pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
+/// brings much of what the first one brings, and which carries the most. `of` names the variant, if
+/// there are several.
+pub(super) fn numbers(variant: &VariantAnswer, of: &str) -> Option<Block> {
     let knee = variant.knee.as_ref().filter(|knee| unknown(variant, knee).is_none())?;
     let KneeAnswer { most_of, half, most, .. } = knee;
     let least = variant.points.first()?.robots;
-    let mut rows = vec![["robots", "orders an hour", ""].map(str::to_owned).to_vec()];
+    let mut rows = vec![vec![format!("{of}robots"), "orders an hour".to_owned(), String::new()]];
     for (robots, part) in [(*most_of, 90), (*half, 50)] {
         // Below the first number that was tried nothing is known.
         if robots > least || robots == 1 {

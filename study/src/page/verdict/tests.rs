@@ -334,7 +334,7 @@ fn late_orders_are_those_of_runs_that_count() {
 fn an_unknown_throughput_has_no_table_of_numbers() {
     let few = answer("1", |_, _| Ok(measured(1.0)));
     assert!(said(&few).starts_with("not known: 1 robot finished 1.0 orders in a run"));
-    assert_eq!(numbers(&few.variants[0]), None);
+    assert_eq!(numbers(&few.variants[0], ""), None);
 }
 
 #[test]

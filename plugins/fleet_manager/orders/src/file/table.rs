@@ -185,6 +185,9 @@ impl Table {
                 count => Err(DraftError::Stops(count).to_string()),
             };
         }
+        if self.columns.have(Meaning::Stops) {
+            return Err("the stops are missing".to_owned());
+        }
         let ends = [(Meaning::From, Action::Pick), (Meaning::To, Action::Drop)];
         let stops = ends.map(|(meaning, operation)| match self.columns.cell(record, meaning) {
             Some(name) => {
@@ -411,6 +414,12 @@ mod tests {
             let error = Table::parse(&text).expect_err(reason).to_string();
             assert!(error.starts_with(reason), "{error}");
         }
+    }
+
+    #[test]
+    fn a_row_without_stops_is_told_as_such() {
+        let table = table("name,stops\na,A B\nb,\n");
+        assert_eq!((table.orders.len(), &*table.problems[0].reason), (1, "the stops are missing"));
     }
 
     #[test]
