@@ -278,9 +278,13 @@ impl NodeLinter<'_, '_, '_> {
         );
     }
 
-    /// Warns of names that several nodes have, so that none of them can be found by it.
+    /// Warns of names beside ids that several nodes have, so that none of them can be found by it.
+    /// Who names a node by the one name that it has, as labels of our own format, is told then.
     fn warn_of_repeated_names(&mut self) {
         for (name, nodes) in self.graph.repeated_names() {
+            if nodes.iter().all(|node| self.graph.node(*node).name() == Some(&name)) {
+                continue;
+            }
             let message = format!(
                 "several nodes have the name `{}`: orders and commands can't name one of them so; \
                  use its id, or rename it",

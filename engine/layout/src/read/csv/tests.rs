@@ -276,7 +276,7 @@ fn the_ends_of_an_edge_are_found_by_a_name_that_one_node_has() {
     let ends = graph.edges().iter().map(|edge| [edge.origin.0, edge.destination.0]);
     assert_eq!(ends.collect::<Vec<_>>(), [[0, 1], [1, 0], [0, 2]]);
     let error = error(&format!("{nodes}\nfrom,to\nStart,Shelf\n"));
-    assert!(error.contains("ends at node `Shelf`, which doesn't exist"), "{error}");
+    assert!(error.contains("ends at node `Shelf`, a name that several nodes have"), "{error}");
 }
 
 proptest! {
