@@ -124,10 +124,26 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
         true => of_open_end(variant, &count, &throughput, knee.robots),
         false => format!("{count}, which {throughput}."),
     };
+    text.extend(missing_types(variant));
     text.extend(larger(answer, variant, knee));
     text.extend(without_progress(variant, knee, minutes(answer)));
     text.extend(half(variant, knee));
     text
+}
+
+/// Tells the types that the answer's fleet has no robot of, if there are orders that no robot can
+/// carry out.
+fn missing_types(variant: &VariantAnswer) -> Option<String> {
+    variant.other_findings.get(UNROUTABLE)?;
+    let missing = variant.robot_types.iter().filter(|fleet_type| fleet_type.robots == Some(0));
+    let missing: Vec<String> =
+        missing.filter_map(|fleet_type| Some(format!("`{}`", fleet_type.name.as_ref()?))).collect();
+    (!missing.is_empty()).then(|| {
+        format!(
+            " This fleet has no robot of {}: orders for that type aren't carried. Give more --robots.",
+            missing.join(" and ")
+        )
+    })
 }
 
 /// Returns the reason why the throughput of the knee isn't known, if it isn't.

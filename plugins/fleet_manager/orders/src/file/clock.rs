@@ -33,6 +33,17 @@ impl FileTime {
         }
     }
 
+    /// The date of a number of days that a workbook has, if this is a number.
+    pub fn from_serial(self) -> Self {
+        match self {
+            Self::Secs(days) => {
+                let millis = (days - SERIAL_OF_1970) * DAY_SECS * 1000.0;
+                Self::Local(millis.round() / 1000.0)
+            }
+            other => other,
+        }
+    }
+
     /// The time of the next day, if this is a time of day.
     pub fn next_day(self) -> Self {
         match self {
@@ -103,6 +114,10 @@ pub enum TimeError {
 }
 
 const DAY_SECS: f64 = 86_400.0;
+/// The number of 1970-01-01 in workbooks, which count days (ECMA-376, part 1, 18.17.4.1).
+const SERIAL_OF_1970: f64 = 25_569.0;
+/// The numbers of the days from 2000 to 2099.
+pub const SERIALS: std::ops::Range<f64> = 36_526.0..73_051.0;
 const HALF_DAY_SECS: f64 = DAY_SECS / 2.0;
 /// Two-digit years are those from 2000 on.
 const CENTURY: i64 = 2000;

@@ -18,6 +18,8 @@ use crate::order::Action;
 const SEPARATORS: [u8; 4] = *b",;\t|";
 /// Times of day and dates begin at a full hour.
 const HOUR_SECS: f64 = 3600.0;
+/// The longest time between dates of a file that are numbers of days.
+const MOST_DAYS: f64 = 366.0;
 /// The most columns, rows, and stops of all rows: each takes up to 700 times its bytes in memory.
 const MOST_COLUMNS: usize = 1_000;
 const MOST_ROWS: usize = 1_000_000;
@@ -54,11 +56,15 @@ struct Row {
 }
 
 impl Row {
+    fn times(&mut self) -> [&mut Option<FileTime>; 3] {
+        [&mut self.time, &mut self.earliest, &mut self.deadline]
+    }
+
     /// Moves times of day to the next day: all from the line behind a midnight on, and deadlines
     /// that would be long before the order's time.
     fn set_days(&mut self, midnight_line: Option<usize>) {
         if midnight_line.is_some_and(|line| self.line >= line) {
-            for time in [&mut self.time, &mut self.earliest, &mut self.deadline] {
+            for time in self.times() {
                 *time = time.map(FileTime::next_day);
             }
         }
@@ -66,6 +72,18 @@ impl Row {
             self.deadline = Some(clock::after(deadline, time));
         }
     }
+}
+
+/// Whether the times of a workbook are dates without a date's format: numbers of days since 1900.
+/// Seconds of a simulation don't all begin ten hours after its start within minutes, with parts.
+fn are_dates(rows: &[Row]) -> bool {
+    let (mut first, mut last, mut has_parts) = (f64::INFINITY, f64::NEG_INFINITY, false);
+    for time in rows.iter().filter_map(|row| row.time) {
+        let FileTime::Secs(number) = time else { return false };
+        (first, last) = (first.min(number), last.max(number));
+        has_parts |= number.fract() != 0.0;
+    }
+    has_parts && clock::SERIALS.contains(&first) && last - first <= MOST_DAYS
 }
 
 /// Returns the text of a file: UTF-8, UTF-16 with a byte order mark, or else Windows-1252.
@@ -87,15 +105,25 @@ impl Table {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
         let mut builder = csv::ReaderBuilder::new();
         builder.comment(Some(b'#')).delimiter(separator(&text));
-        Self::read(&mut builder, &text)
+        let (mut table, rows) = Self::read(&mut builder, &text)?;
+        table.add(rows);
+        Ok(table)
     }
 
     /// Reads a sheet of a workbook, as [`workbook`](super::workbook) returns it.
     pub(super) fn parse_sheet(text: &str) -> Result<Self, yaml::Error> {
-        Self::read(&mut csv::ReaderBuilder::new(), text)
+        let (mut table, mut rows) = Self::read(&mut csv::ReaderBuilder::new(), text)?;
+        if are_dates(&rows) {
+            for time in rows.iter_mut().flat_map(Row::times) {
+                *time = time.map(FileTime::from_serial);
+            }
+        }
+        table.add(rows);
+        Ok(table)
     }
 
-    fn read(builder: &mut csv::ReaderBuilder, text: &str) -> Result<Self, yaml::Error> {
+    /// Reads the rows that can be read, and finds problems of the others.
+    fn read(builder: &mut csv::ReaderBuilder, text: &str) -> Result<(Self, Vec<Row>), yaml::Error> {
         builder.trim(csv::Trim::All).flexible(true);
         let mut reader = builder.from_reader(text.as_bytes());
         let header = reader.headers().map_err(csv_error)?;
@@ -116,10 +144,14 @@ impl Table {
             }
             check_count(count + 1, count, MOST_ROWS, "rows: split the file")?;
         }
-        table.set_times(rows);
-        table.find_repeated_names();
-        table.problems.sort_by_key(|problem| problem.line);
-        Ok(table)
+        Ok((table, rows))
+    }
+
+    /// Adds the orders of rows.
+    fn add(&mut self, rows: Vec<Row>) {
+        self.set_times(rows);
+        self.find_repeated_names();
+        self.problems.sort_by_key(|problem| problem.line);
     }
 
     /// Returns all orders.
@@ -413,6 +445,19 @@ mod tests {
         ] {
             let error = Table::parse(&text).expect_err(reason).to_string();
             assert!(error.starts_with(reason), "{error}");
+        }
+    }
+
+    #[test]
+    fn dates_of_a_workbook_without_a_format_are_dates() {
+        let rows = "from,to,time,due\nA,B,46082.25,46082.375\nA,B,46082.5,\n";
+        let table = Table::parse_sheet(rows).expect("a table");
+        let times: Vec<_> = table.orders.iter().map(|o| (o.secs, o.draft.deadline)).collect();
+        assert_eq!(times, [(0.0, Some(10_800.0)), (21_600.0, None)]);
+        assert_eq!(table.begin.map(|begin| begin.to_string()).as_deref(), Some("2026-03-01 06:00"));
+        for seconds in ["46082\nA,B,46100", "46082.5\nA,B,50000", "3600.5\nA,B,3700"] {
+            let text = format!("from,to,time\nA,B,{seconds}\n");
+            assert_eq!(Table::parse_sheet(&text).expect("a table").begin, None, "{seconds}");
         }
     }
 
