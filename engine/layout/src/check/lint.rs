@@ -50,6 +50,7 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     linter.warn_of_gaps();
     linter.warn_of_ids_as_names();
     linter.warn_of_repeated_names();
+    linter.warn_of_chargers_with_loads();
 }
 
 /// Compares the total length of the splines with unequal handles under both conventions.
@@ -275,6 +276,21 @@ impl NodeLinter<'_, '_, '_> {
             &confusing,
             "its name is the id of another node: orders, loads and commands mean the node with \
              the name, and `node: ID` of a scenario's robots the one with the id; rename it",
+        );
+    }
+
+    /// Warns of chargers at which loads are handled.
+    fn warn_of_chargers_with_loads(&mut self) {
+        let places = self.graph.chargers().into_iter().zip(self.graph.purposes());
+        let places = (0..).map(NodeIndex).zip(places);
+        let both: Vec<NodeIndex> = places
+            .filter(|(_, (is_charger, role))| *is_charger && role.handles_loads())
+            .map(|(node, _)| node)
+            .collect();
+        self.warn_once(
+            &both,
+            "it is a charger and a station for loads: robots charge while they handle loads there, \
+             and aren't sent there to charge",
         );
     }
 

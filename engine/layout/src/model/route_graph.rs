@@ -200,8 +200,8 @@ impl RouteGraph {
         &self.stations
     }
 
-    /// Returns the purpose of each node: its role or, if it has none, that of the stations that
-    /// robots serve there.
+    /// Returns the purpose of each node: its role or, if it has none or only they have loads, that
+    /// of the stations that robots serve there.
     pub fn purposes(&self) -> Vec<Role> {
         let mut of_stations = vec![Role::None; self.nodes.len()];
         for station in &self.stations {
@@ -211,11 +211,26 @@ impl RouteGraph {
             }
         }
         for (purpose, node) in of_stations.iter_mut().zip(&self.nodes) {
-            if node.role != Role::None {
-                *purpose = node.role;
-            }
+            *purpose = match node.role {
+                Role::None => *purpose,
+                role if role.handles_loads() => role,
+                role => role.and(*purpose),
+            };
         }
         of_stations
+    }
+
+    /// Returns for each node whether robots charge there: its role or that of a station says so,
+    /// also where loads are handled.
+    pub fn chargers(&self) -> Vec<bool> {
+        let mut chargers: Vec<bool> =
+            self.nodes.iter().map(|node| node.role == Role::Charge).collect();
+        for station in self.stations.iter().filter(|station| station.role == Role::Charge) {
+            for node in &station.nodes {
+                chargers[node.0 as usize] = true;
+            }
+        }
+        chargers
     }
 
     /// Returns the zones with a rule.
