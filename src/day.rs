@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use regatta_layout::RouteGraph;
 use regatta_orders::{FileTime, Places, TimedDraft, check_orders, read_orders, read_table, to_csv};
+use regatta_plugin::tell;
 use regatta_scenario::Scenario;
 use regatta_study::plan::{Day, DayClock, Load, Variant};
 use serde::Deserialize;
@@ -134,6 +135,10 @@ impl DayArgs {
     pub fn day(&self) -> Result<Option<Day>, Failure> {
         let Some(path) = &self.orders else { return self.without_orders() };
         let table = read_table(path)?;
+        if let Some(line) = table.midnight_line {
+            let path = path.display();
+            tell!("study: {path}: from line {line} on, times are of the next day");
+        }
         let clock = table.begin.and_then(clock);
         let orders = table.into_orders().map_err(|error| of_file(path, &error.to_string()))?;
         let Some(last_secs) = orders.iter().map(|order| order.secs).reduce(f64::max) else {

@@ -63,6 +63,8 @@ struct Check {
     table: Table,
     /// The lines of rows that can't be used, and the reasons.
     problems: Vec<(usize, String)>,
+    /// The number of orders whose rows have no problem.
+    orders: usize,
     /// Orders by the hour of their creation; hours without one aren't there.
     hours: BTreeMap<u64, u64>,
     /// Orders by two stops that follow each other.
@@ -75,11 +77,14 @@ impl Check {
     fn new(table: Table, places: &Places, cut_off: &BTreeMap<NodeIndex, CutOff>) -> Self {
         let problems = table.problems.iter().map(|error| (error.line, error.reason.clone()));
         let mut problems: Vec<(usize, String)> = problems.collect();
-        let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
-        let (mut times, mut names) = (Vec::new(), BTreeMap::new());
         for order in &table.orders {
             problems.extend(problems_of(order, places));
             problems.extend(stops_without_way(order, places, cut_off));
+        }
+        let bad_lines: BTreeSet<usize> = problems.iter().map(|(line, _)| *line).collect();
+        let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
+        let (mut times, mut names) = (Vec::new(), BTreeMap::new());
+        for order in table.orders.iter().filter(|order| !bad_lines.contains(&order.line)) {
             *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
             for [from, to] in stops(order, places, &mut names).array_windows() {
                 *flows.entry([from.clone(), to.clone()]).or_default() += 1;
@@ -90,7 +95,7 @@ impl Check {
         times.sort_by(f64::total_cmp);
         let gaps = times.windows(2).map(|pair| [pair[0], pair[1]]);
         let gap = gaps.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
-        Self { table, problems, hours, flows, gap }
+        Self { table, problems, orders: times.len(), hours, flows, gap }
     }
 
     /// The lines of the hours from the first to the last, with their orders; one line for several
@@ -133,9 +138,10 @@ impl Check {
             .into_iter()
             .map(|([from, to], orders)| json!({"from": from, "to": to, "orders": orders}));
         json!({
-            "orders": self.table.orders.len(),
+            "orders": self.orders,
             "columns": columns,
             "unused_columns": self.table.columns.unused().collect::<Vec<_>>(),
+            "midnight_line": self.table.midnight_line,
             "begin": self.table.begin.map(|begin| begin.to_string()),
             "problems": rows.collect::<Vec<_>>(),
             "hours": hours.collect::<Vec<_>>(),
@@ -150,10 +156,13 @@ impl Check {
         for (line, reason) in &self.problems {
             let _ = writeln!(text, "{}, line {line}: {reason}", file.display());
         }
-        let (orders, problems) = (self.table.orders.len(), self.problems.len());
+        let (orders, problems) = (self.orders, self.problems.len());
         let _ = writeln!(text, "orders        {orders}, problems {problems}");
         if let Some(begin) = &self.table.begin {
             let _ = writeln!(text, "start         {begin}, which is time 0 of a run");
+        }
+        if let Some(line) = self.table.midnight_line {
+            let _ = writeln!(text, "midnight      from line {line} on, times are of the next day");
         }
         if let Some([from, to]) = self.gap {
             let (gap, from) = (in_words(to - from), from / HOUR_SECS);

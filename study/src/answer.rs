@@ -27,7 +27,7 @@ pub use cost::{Cheapest, CostAnswer, CostFigure, Missing, PointCost};
 pub use least::{Binding, LeastAnswer, TargetAnswer};
 pub use no_room::NoRoom;
 pub use peaks::{BacklogAnswer, HourAnswer, MeanHour, PeaksAnswer, Spread};
-pub use point::{PointAnswer, RunAnswer, StorageLack};
+pub use point::{BUSY, PointAnswer, RunAnswer, StorageLack};
 pub(crate) use time::node_name;
 pub use time::{GroupTime, PartAnswer, TimeAnswer};
 
@@ -248,10 +248,17 @@ impl VariantAnswer {
         self.knee.as_ref().map(|knee| knee.robots).or(least)
     }
 
-    /// Whether there is an answer to the question.
+    /// Whether there is an answer to the question: a least fleet, or a knee whose throughput is
+    /// known.
     pub fn is_known(&self) -> bool {
-        let least = self.least.as_ref().and_then(|least| least.robots);
-        self.knee.is_some() || least.is_some()
+        if self.least.as_ref().is_some_and(|least| least.robots.is_some()) {
+            return true;
+        }
+        let Some(knee) = &self.knee else { return false };
+        let mut points = self.points.iter();
+        let has_too_few =
+            points.any(|point| point.robots == knee.robots && point.has_too_few_orders());
+        knee.orders_per_hour.is_known() && !has_too_few
     }
 
     fn new(variant: &Variant, targets: &[Target], curve: &Curve, known: &Known) -> Self {

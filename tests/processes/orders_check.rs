@@ -34,10 +34,10 @@ fn each_row_that_cannot_be_used_is_a_line() {
         "line 4: stop 2: `Süd` is neither the name nor the id of a node",
         "line 5: column time: `25:00` has an hour",
         "line 7: there are two orders `2`, the first in line 3",
-        "orders        5, problems 3",
+        "orders        3, problems 3",
         "start         08:00, which is time 0 of a run",
-        "longest gap   125 min without an order, 1.0 h after the start",
-        "   0       2\n   1       1\n   2       0\n   3       2\n",
+        "longest gap   165 min without an order, 0.3 h after the start",
+        "   0       2\n   1 to 2: none\n   3       1\n",
         "     2  1 → 3\n",
     ] {
         assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
@@ -68,7 +68,7 @@ fn what_no_run_takes_is_a_line_too() {
         "line 3: `time` is 1000000000000000, and must be 0 to 1000000000 seconds",
         "line 4: ",
         "line 5: an order has 1 to 1000 stops, and this one has 1002",
-        "orders        2, problems 3",
+        "orders        1, problems 3",
     ] {
         assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
     }
@@ -101,6 +101,15 @@ fn a_node_by_its_name_and_by_its_id_is_one_end_of_a_flow() {
     assert!(text.contains("     2  A → B\n     2  B → A\n"), "{text}");
 }
 
+/// Of such nodes, the first had the orders before.
+#[test]
+fn a_name_beside_the_ids_of_two_nodes_is_a_line() {
+    let plant = "id,name,x,y\nA,Dock,0,0\nB,Ramp,9,0\nC,Ramp,9,9\n\nfrom,to\nA,B\nB,C\nC,A\n";
+    let (code, text) = check_rows("from,to\nDock,B\nDock,Ramp\n", Some(plant));
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("line 3: stop 2: `Ramp` is neither the name nor the id"), "{text}");
+}
+
 #[test]
 fn hours_without_orders_share_a_line() {
     let rows = "from,to,time\n1,3,2019-05-01 08:10\n1,3,2026-05-01 09:20\n";
@@ -108,6 +117,17 @@ fn hours_without_orders_share_a_line() {
     assert!(text.contains("   0       1\n   1 to 61368: none\n61369       1\n"), "{text}");
     assert!(text.contains("longest gap   2557 days without an order"), "{text}");
     assert!(text.lines().count() < 20, "{text}");
+}
+
+#[test]
+fn a_night_shift_goes_on_after_midnight() {
+    let (code, text) = check_rows("from,to,time\n1,3,22:10\n1,3,23:50\n1,3,00:20\n", None);
+    assert_eq!(code, Some(0), "{text}");
+    for expected in
+        ["start         22:00", "from line 4 on, times are of the next day", "   2       1\n"]
+    {
+        assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
+    }
 }
 
 #[test]
@@ -131,7 +151,7 @@ fn a_stop_that_lacks_a_way_is_a_line() {
     for expected in [
         "line 3: stop 2: robots can't serve `Trap`, as no way leads back from it; connect it",
         "line 4: stop 1: robots can't serve `Island`, as no way joins it with the main part",
-        "orders        3, problems 2",
+        "orders        1, problems 2",
     ] {
         assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
     }

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use regatta_base::random::mix;
+use regatta_layout::traffic::MainPart;
 use regatta_layout::{
     Cabin, CubicBezier, Edge, EdgeIndex, Lift, Node, Orientation, Role, RouteGraph, Tags, Zone,
     ZoneRule,
@@ -268,19 +269,24 @@ fn lift_record(graph: &RouteGraph, lift: &Lift, texts: &mut Texts) -> LiftRecord
     }
 }
 
-/// Adds the names of stations, and the aliases of nodes.
+/// Adds the names of stations, and the aliases of nodes that no other node has.
 fn add_other_names(graph: &RouteGraph, world: &mut WorldData) {
     let mut add = |name: &str, node: u32| {
         world.other_names.push(OtherNameRecord { name: world.texts.add(name), node });
     };
+    // The first node of a station is the one that orders for it mean.
+    let cut_off = MainPart::of(graph).map(|main| main.cut_off).unwrap_or_default();
     for station in graph.stations() {
-        for node in &station.nodes {
+        let (others, first): (Vec<NodeIndex>, _) =
+            station.nodes.iter().partition(|node| cut_off.contains_key(*node));
+        for node in first.into_iter().chain(others) {
             add(&station.name, node.0);
         }
     }
+    let repeated = graph.repeated_names();
     for (node, index) in graph.nodes().iter().zip(0..) {
-        for name in node.other_names() {
-            add(&name, index);
+        for name in node.other_names().iter().filter(|name| !repeated.contains_key(*name)) {
+            add(name, index);
         }
     }
 }

@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use regatta_base::random::{mix, unit};
-use regatta_layout::{Role, RouteGraph};
+use regatta_layout::RouteGraph;
 use regatta_plugin::frame::RobotState;
 use regatta_scenario::{Battery, ChargeRange, RobotType};
 
@@ -85,7 +85,7 @@ impl Batteries {
                 .map(|battery| battery.map(|battery| Amounts::new(battery, period_secs)))
                 .collect(),
             charges: Vec::new(),
-            is_charger: graph.purposes().iter().map(|role| *role == Role::Charge).collect(),
+            is_charger: graph.chargers(),
             ticks_per_period,
             seed: mix(seed ^ 0x6261_7474_6572_7973),
         })

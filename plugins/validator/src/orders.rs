@@ -36,6 +36,8 @@ struct Order {
     wanted_stops: u32,
     stops: Vec<Stop>,
     robot: Option<u32>,
+    /// Whether it is unroutable: no robot can have it, free or not.
+    is_unroutable: bool,
     handled: u32,
     loads: u32,
     /// The stop at which its robot is, and the tick of the arrival.
@@ -61,7 +63,7 @@ pub(crate) struct Orders {
     has_begun: bool,
     /// The number of the last sample, which begins anew with each manager.
     sequence: u64,
-    /// Open orders without a robot.
+    /// Open orders without a robot that a robot could have.
     waiting: u64,
     /// Robots that got an order, came to a stop or handled one since they were asked for.
     progress: Vec<u32>,
@@ -137,6 +139,11 @@ impl Orders {
             self.progress.push(check.record.robot);
         }
         match kind {
+            OrderKind::Unroutable => self.set_unroutable(number, true),
+            OrderKind::Reopened | OrderKind::Assigned => self.set_unroutable(number, false),
+            _ => {}
+        }
+        match kind {
             OrderKind::Created => {}
             OrderKind::Stop => self.stop(check),
             OrderKind::Assigned => self.assign(check),
@@ -168,6 +175,17 @@ impl Orders {
         self.orders.insert(number, order);
         self.count += 1;
         self.waiting += 1;
+    }
+
+    /// Sets whether an order without a robot is unroutable.
+    fn set_unroutable(&mut self, number: u64, is_unroutable: bool) {
+        let order = self.orders.get_mut(&number).filter(|order| order.robot.is_none());
+        let Some(order) = order else { return };
+        match (std::mem::replace(&mut order.is_unroutable, is_unroutable), is_unroutable) {
+            (false, true) => self.waiting -= 1,
+            (true, false) => self.waiting += 1,
+            _ => {}
+        }
     }
 
     fn stop(&mut self, check: &mut Check<'_>) {
@@ -283,6 +301,7 @@ impl Orders {
                 self.robots.remove(&robot);
             }
             Some(_) => {}
+            None if order.is_unroutable => {}
             None => self.waiting -= 1,
         }
         self.closed.add(number);

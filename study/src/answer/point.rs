@@ -13,6 +13,12 @@ use crate::plan::Target;
 use crate::statistics::Interval;
 use crate::sweep::Point;
 
+/// The part of the time with an order from which on robots are busy.
+pub const BUSY: f64 = 0.8;
+/// The least orders of a busy robot in a run for a throughput: with fewer, those that are under
+/// way at the beginning and at the end count too much.
+const LEAST_ORDERS: f64 = 3.0;
+
 /// A point of a curve: means over its runs, with intervals.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointAnswer {
@@ -105,6 +111,18 @@ pub struct RunAnswer {
 }
 
 impl PointAnswer {
+    /// The finished orders of a run on average, its warm-up included.
+    pub fn orders_of_run(&self) -> f64 {
+        self.finished_orders as f64 / self.runs.len() as f64
+    }
+
+    /// Whether robots that were busy all the time finished less than some orders each, too few for
+    /// a throughput.
+    pub fn has_too_few_orders(&self) -> bool {
+        let is_busy = self.utilisation.is_some_and(|part| part.mean > BUSY);
+        is_busy && self.orders_of_run() < LEAST_ORDERS * f64::from(self.robots)
+    }
+
     /// The runs in which robots made no progress.
     pub fn stalled(&self) -> impl Iterator<Item = &RunAnswer> {
         self.runs.iter().filter(|run| !run.stalls.is_empty())

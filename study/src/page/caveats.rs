@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::verdict::{BUSY, prefix};
-use crate::answer::{Answer, PointAnswer, StorageLack, VariantAnswer};
+use super::verdict::prefix;
+use crate::answer::{Answer, BUSY, PointAnswer, StorageLack, VariantAnswer};
 use crate::outcome::{CHARGING, CONTACT};
 use crate::plan::robots_in_words;
 

@@ -24,7 +24,8 @@ use crate::workers::NOT_ALL_PLACED;
 pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
-    blocks.extend(answer.variants.first().and_then(numbers));
+    let first = answer.variants.first();
+    blocks.extend(first.and_then(|variant| numbers(variant, &first_of_several(answer))));
     blocks.extend(fleets(answer));
     blocks.extend(peaks::finding(answer, &first_of_several(answer)));
     blocks.extend(cost::findings(answer));

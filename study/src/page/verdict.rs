@@ -11,13 +11,8 @@ use crate::statistics::Interval;
 use crate::words::{Kind, NOT_KNOWN, in_words};
 use crate::workers::NOT_ALL_PLACED;
 
-/// The least orders of a busy robot in a run for a throughput: with fewer, those that are under
-/// way at the beginning and at the end count too much.
-const LEAST_ORDERS: f64 = 3.0;
 /// The part of the knee's throughput below which more robots carry clearly less.
 const FEWER: f64 = 0.8;
-/// The part of the time with an order from which on robots are busy.
-pub(super) const BUSY: f64 = 0.8;
 /// The largest number of numbers of robots that a sentence lists.
 const MOST_LISTED: usize = 4;
 
@@ -102,17 +97,13 @@ fn without_orders(variant: &VariantAnswer, stalled: u32) -> String {
     told.collect()
 }
 
-/// Returns the reason why a number of robots has finished too few orders for an answer: robots
-/// that were busy all the time, and have finished less than some orders each.
+/// Returns the reason why a number of robots has finished too few orders for an answer.
 fn too_few_orders(point: &PointAnswer) -> Option<String> {
-    let orders = point.finished_orders as f64 / point.runs.len() as f64;
-    let is_busy = point.utilisation.is_some_and(|part| part.mean > BUSY);
-    let is_few = orders < LEAST_ORDERS * f64::from(point.robots);
-    (is_busy && is_few).then(|| {
+    point.has_too_few_orders().then(|| {
         format!(
-            "{} finished {orders:.1} orders in a run, too few for a figure. Give a longer \
-             --duration.",
-            robots_in_words(point.robots)
+            "{} finished {:.1} orders in a run, too few for a figure. Give a longer --duration.",
+            robots_in_words(point.robots),
+            point.orders_of_run(),
         )
     })
 }
@@ -133,10 +124,26 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
         true => of_open_end(variant, &count, &throughput, knee.robots),
         false => format!("{count}, which {throughput}."),
     };
+    text.extend(missing_types(variant));
     text.extend(larger(answer, variant, knee));
     text.extend(without_progress(variant, knee, minutes(answer)));
     text.extend(half(variant, knee));
     text
+}
+
+/// Tells the types that the answer's fleet has no robot of, if there are orders that no robot can
+/// carry out.
+fn missing_types(variant: &VariantAnswer) -> Option<String> {
+    variant.other_findings.get(UNROUTABLE)?;
+    let missing = variant.robot_types.iter().filter(|fleet_type| fleet_type.robots == Some(0));
+    let missing: Vec<String> =
+        missing.filter_map(|fleet_type| Some(format!("`{}`", fleet_type.name.as_ref()?))).collect();
+    (!missing.is_empty()).then(|| {
+        format!(
+            " This fleet has no robot of {}: orders for that type aren't carried. Give more --robots.",
+            missing.join(" and ")
+        )
+    })
 }
 
 /// Returns the reason why the throughput of the knee isn't known, if it isn't.
@@ -311,12 +318,13 @@ fn half(variant: &VariantAnswer, knee: &KneeAnswer) -> Option<String> {
 }
 
 /// Returns the table of the numbers that a planner uses: up to which each further robot still
-/// brings much of what the first one brings, and which carries the most.
-pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
+/// brings much of what the first one brings, and which carries the most. `of` names the variant, if
+/// there are several.
+pub(super) fn numbers(variant: &VariantAnswer, of: &str) -> Option<Block> {
     let knee = variant.knee.as_ref().filter(|knee| unknown(variant, knee).is_none())?;
     let KneeAnswer { most_of, half, most, .. } = knee;
     let least = variant.points.first()?.robots;
-    let mut rows = vec![["robots", "orders an hour", ""].map(str::to_owned).to_vec()];
+    let mut rows = vec![vec![format!("{of}robots"), "orders an hour".to_owned(), String::new()]];
     for (robots, part) in [(*most_of, 90), (*half, 50)] {
         // Below the first number that was tried nothing is known.
         if robots > least || robots == 1 {
@@ -420,7 +428,7 @@ pub(super) fn orders_in_words(point: &PointAnswer) -> Option<String> {
 /// so that its throughput isn't known.
 pub(super) fn has_too_few(point: &PointAnswer) -> bool {
     let is_zero = point.orders_per_hour.is_some_and(|orders| orders.mean == 0.0);
-    point.finished_orders > 0 && (is_zero || too_few_orders(point).is_some())
+    point.finished_orders > 0 && (is_zero || point.has_too_few_orders())
 }
 
 /// Returns a throughput with half of its interval, if it is known.

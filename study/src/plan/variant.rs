@@ -46,7 +46,7 @@ pub struct Variant {
     pub warnings: Warnings,
     /// The whole layout.
     whole: Arc<RouteGraph>,
-    /// The files of the fleet manager that a study doesn't read, in words.
+    /// The parts of the scenario that a study doesn't use, in words.
     unread: Vec<String>,
     /// The program that steers the robots.
     pub manager: Manager,
@@ -128,7 +128,7 @@ impl Variant {
             assumptions: read.assumptions,
             warnings: without_left_out(read.warnings),
             whole: read.graph,
-            unread: unread_files(&plugins),
+            unread: unread(&plugins, &robots),
             manager: Manager::BuiltIn(kept_arguments(&plugins)),
             load: "that of the scenario".to_owned(),
             setup,
@@ -426,9 +426,15 @@ fn kept_arguments(plugins: &[PluginEntry]) -> Vec<String> {
     kept
 }
 
-/// Returns the files of the scenario's fleet manager that a study doesn't read, in words.
-fn unread_files(plugins: &[PluginEntry]) -> Vec<String> {
+/// Returns the parts of a scenario that a study doesn't use, in words: files of its fleet manager,
+/// and the places where robots start.
+fn unread(plugins: &[PluginEntry], robots: &[RobotGroupEntry]) -> Vec<String> {
     let mut unread = Vec::new();
+    if robots.iter().any(|group| group.node.is_some() || group.route.is_some()) {
+        let places = "the places where the scenario's robots start, as each run of a study draws \
+                      them by its seed";
+        unread.push(places.to_owned());
+    }
     for plugin in plugins {
         let PluginEntry::Detailed(plugin) = plugin else { continue };
         if plugin.name != FLEET_MANAGER {

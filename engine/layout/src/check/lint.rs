@@ -49,6 +49,8 @@ pub(crate) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     );
     linter.warn_of_gaps();
     linter.warn_of_ids_as_names();
+    linter.warn_of_repeated_names();
+    linter.warn_of_chargers_with_loads();
 }
 
 /// Compares the total length of the splines with unequal handles under both conventions.
@@ -275,6 +277,37 @@ impl NodeLinter<'_, '_, '_> {
             "its name is the id of another node: orders, loads and commands mean the node with \
              the name, and `node: ID` of a scenario's robots the one with the id; rename it",
         );
+    }
+
+    /// Warns of chargers at which loads are handled.
+    fn warn_of_chargers_with_loads(&mut self) {
+        let places = self.graph.chargers().into_iter().zip(self.graph.purposes());
+        let places = (0..).map(NodeIndex).zip(places);
+        let both: Vec<NodeIndex> = places
+            .filter(|(_, (is_charger, role))| *is_charger && role.handles_loads())
+            .map(|(node, _)| node)
+            .collect();
+        self.warn_once(
+            &both,
+            "it is a charger and a station for loads: robots charge while they handle loads there, \
+             and aren't sent there to charge",
+        );
+    }
+
+    /// Warns of names beside ids that several nodes have, so that none of them can be found by it.
+    /// Who names a node by the one name that it has, as labels of our own format, is told then.
+    fn warn_of_repeated_names(&mut self) {
+        for (name, nodes) in self.graph.repeated_names() {
+            if nodes.iter().all(|node| self.graph.node(*node).name() == Some(&name)) {
+                continue;
+            }
+            let message = format!(
+                "several nodes have the name `{}`: orders and commands can't name one of them so; \
+                 use its id, or rename it",
+                shorten(&name)
+            );
+            self.warn_once(&nodes, &message);
+        }
     }
 
     /// Reports one warning for each strongly connected component that no leg enters, except the

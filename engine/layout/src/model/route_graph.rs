@@ -1,6 +1,6 @@
 //! The validated route graph: its nodes, edges and legs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 use regatta_base::graph::{EdgeIndex, Ends, Gear, Leg, NodeIndex, Rotation};
@@ -205,8 +205,8 @@ impl RouteGraph {
         &self.stations
     }
 
-    /// Returns the purpose of each node: its role or, if it has none, that of the stations that
-    /// robots serve there.
+    /// Returns the purpose of each node: its role or, if it has none or only they have loads, that
+    /// of the stations that robots serve there.
     pub fn purposes(&self) -> Vec<Role> {
         let mut of_stations = vec![Role::None; self.nodes.len()];
         for station in &self.stations {
@@ -216,11 +216,26 @@ impl RouteGraph {
             }
         }
         for (purpose, node) in of_stations.iter_mut().zip(&self.nodes) {
-            if node.role != Role::None {
-                *purpose = node.role;
-            }
+            *purpose = match node.role {
+                Role::None => *purpose,
+                role if role.handles_loads() => role,
+                role => role.and(*purpose),
+            };
         }
         of_stations
+    }
+
+    /// Returns for each node whether robots charge there: its role or that of a station says so,
+    /// also where loads are handled.
+    pub fn chargers(&self) -> Vec<bool> {
+        let mut chargers: Vec<bool> =
+            self.nodes.iter().map(|node| node.role == Role::Charge).collect();
+        for station in self.stations.iter().filter(|station| station.role == Role::Charge) {
+            for node in &station.nodes {
+                chargers[node.0 as usize] = true;
+            }
+        }
+        chargers
     }
 
     /// Returns the zones with a rule.
@@ -280,6 +295,22 @@ impl RouteGraph {
             return named;
         }
         self.nodes_where(|node| node.other_names().iter().any(|other| other == name))
+    }
+
+    /// Returns the nodes with each name or alias that several nodes have, and no station.
+    pub fn repeated_names(&self) -> BTreeMap<String, Vec<NodeIndex>> {
+        let mut names: BTreeMap<String, Vec<NodeIndex>> = BTreeMap::new();
+        for (node, index) in self.nodes.iter().zip((0..).map(NodeIndex)) {
+            let own = node.name().map(str::to_owned).into_iter();
+            for name in own.chain(node.other_names()).collect::<BTreeSet<_>>() {
+                names.entry(name).or_default().push(index);
+            }
+        }
+        for station in &self.stations {
+            names.remove(&station.name);
+        }
+        names.retain(|_, nodes| nodes.len() > 1);
+        names
     }
 
     fn nodes_where(&self, condition: impl Fn(&Node) -> bool) -> Vec<NodeIndex> {

@@ -128,14 +128,20 @@ impl Role {
         matches!(self, Self::Drop | Self::Transfer)
     }
 
-    /// Returns the role of a place with two roles: the first, or [`Transfer`](Self::Transfer) if
-    /// loads are picked up and dropped there.
+    /// Whether loads are picked up or dropped there.
+    pub fn handles_loads(self) -> bool {
+        self.is_pick() || self.is_drop()
+    }
+
+    /// Returns the role of a place with two roles: the one of loads, or else the first;
+    /// [`Transfer`](Self::Transfer) if loads are picked up and dropped there.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::None, other) => other,
             (Self::Pick, Self::Drop | Self::Transfer)
             | (Self::Drop, Self::Pick | Self::Transfer) => Self::Transfer,
+            (Self::Park | Self::Charge, other) if other.handles_loads() => other,
             _ => self,
         }
     }

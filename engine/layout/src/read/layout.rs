@@ -228,11 +228,30 @@ impl Layout {
         stations: &[Vec<Option<usize>>],
         report: &mut Report<'_>,
     ) {
-        for (edge, ends) in self.edges.iter().zip(ends) {
-            report_unknown_ends(edge, *ends, report);
+        if ends.iter().flatten().any(Option::is_none) {
+            self.report_unknown_ends(ends, report);
         }
         for (station, nodes) in self.stations.iter().zip(stations) {
             report_unknown_nodes(station, nodes, report);
+        }
+    }
+
+    /// Reports the ends of edges that no node has.
+    fn report_unknown_ends(&self, ends: &[EndIndices], report: &mut Report<'_>) {
+        let mut named: BTreeMap<&str, usize> = BTreeMap::new();
+        for name in self.nodes.iter().filter_map(|node| node.tags.name.as_deref()) {
+            *named.entry(name).or_default() += 1;
+        }
+        for (edge, ends) in self.edges.iter().zip(ends) {
+            let ids = [(&edge.origin, "starts at"), (&edge.destination, "ends at")];
+            for (_, (id, which)) in ends.iter().zip(ids).filter(|(index, _)| index.is_none()) {
+                let fault = match named.get(id.as_str()) {
+                    None | Some(1) => "which doesn't exist: add it or correct the id",
+                    Some(_) => "a name that several nodes have: give the id of one",
+                };
+                let (name, node) = (shorten(&edge.id), shorten(id));
+                report.file_error(edge.at, format!("edge `{name}` {which} node `{node}`, {fault}"));
+            }
         }
     }
 
@@ -319,20 +338,6 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
         body_heading: None,
         role: node.role,
         tags: tags_with_id(node.tags, &node.id, number),
-    }
-}
-
-fn report_unknown_ends(edge: &LayoutEdge, ends: EndIndices, report: &mut Report<'_>) {
-    for (index, (id, which)) in
-        ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")])
-    {
-        if index.is_none() {
-            let (name, node) = (shorten(&edge.id), shorten(id));
-            let message = format!(
-                "edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id"
-            );
-            report.file_error(edge.at, message);
-        }
     }
 }
 

@@ -211,6 +211,18 @@ impl Reader<'_, '_> {
         position
     }
 
+    /// Takes a speed of a path, in millimetres per second. Reports one that isn't a number.
+    fn speed(&mut self, element: &mut Element<'_>, name: &str, path: &str) -> Option<f64> {
+        let text = element.get(name).map(shorten);
+        let speed = element.take_number(&[name]);
+        if let Some(text) = text.filter(|_| speed.is_none()) {
+            let path = shorten(path);
+            let message = format!("path `{path}`: its {name} is `{text}`: give a number, in mm/s");
+            self.report.file_error(element.at, message);
+        }
+        speed
+    }
+
     /// Returns the edge of a path, unless it is locked or can't be driven in either direction.
     fn edge(
         &mut self,
@@ -223,7 +235,7 @@ impl Reader<'_, '_> {
         let [origin, destination] =
             ["sourcePoint", "destinationPoint"].map(|name| element.take_text(name));
         let [speed, reverse] =
-            ["maxVelocity", "maxReverseVelocity"].map(|name| element.take_number(&[name]));
+            ["maxVelocity", "maxReverseVelocity"].map(|name| self.speed(&mut element, name, &id));
         let reason = match (element.take(&["locked"]).as_deref(), speed, reverse) {
             (Some("true" | "1"), ..) => Some("locked"),
             (_, Some(speed), reverse)

@@ -144,7 +144,7 @@ pub enum DraftError {
     #[error("an order has 1 to {MAX_STOPS} stops, and this one has {0}")]
     Stops(usize),
     /// `intendedVehicle` isn't the id of a robot.
-    #[error("`intendedVehicle` is `{}`, and must be the id of a robot", .0.escape_debug())]
+    #[error("`{}` isn't the id of a robot (`intendedVehicle`)", .0.escape_debug())]
     Robot(String),
     /// There is no such robot type.
     #[error(transparent)]
@@ -343,7 +343,7 @@ mod tests {
             ),
             (
                 r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": "x"}"#,
-                "`intendedVehicle` is `x`",
+                "`x` isn't the id of a robot (`intendedVehicle`)",
             ),
             (
                 r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": 1, "robotTypes": ["a"]}"#,

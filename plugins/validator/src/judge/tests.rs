@@ -4,7 +4,7 @@ use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::frame::{
     ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
 };
-use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
+use regatta_plugin::order::{Obstacle, OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData, ZoneRecord,
 };
@@ -448,6 +448,21 @@ fn each_fault_of_an_order_is_found() {
     has(changed(withdrawn), ContradictoryRecords);
     assert_eq!(judged_log(&transport()[..3], 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
     assert_eq!(judged_log(&transport()[..3], 0, 280), [], "not yet");
+}
+
+#[test]
+fn an_order_that_waits_for_a_storage_place_does_not_wait_for_a_robot() {
+    let obstacle = Obstacle::NoPlace as u32;
+    let blocked = OrderRecord { detail: obstacle, ..OrderRecord::new(5, OrderKind::Unroutable) };
+    let mut log = transport()[..3].to_vec();
+    log.push((2, blocked));
+    assert_eq!(judged_log(&log, 0, 700), [(Unserved, 1)]);
+    log.push((20, OrderRecord::new(5, OrderKind::Reopened)));
+    assert_eq!(judged_log(&log, 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
+    log.push((21, OrderRecord::new(5, OrderKind::Assigned).of_robot(0)));
+    log.push((22, OrderRecord::new(5, OrderKind::Withdrawn).of_robot(0)));
+    log.push((23, blocked));
+    assert_eq!(judged_log(&log, 0, 700), [(Unserved, 1)]);
 }
 
 #[test]

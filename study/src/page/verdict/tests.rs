@@ -182,6 +182,7 @@ fn orders_of_the_warm_up_alone_are_no_throughput() {
     assert_eq!(figure(&fate(0)).as_deref(), Some("0.0 ± 0.0"));
     let few = answer("1", |_, _| Ok(Measured { finished_orders: 2, ..measured(4.0) }));
     assert_eq!(figure(&few).as_deref(), Some("not known"), "as the answer says");
+    assert!(!few.variants[0].is_known(), "so the command fails");
 }
 
 #[test]
@@ -334,7 +335,7 @@ fn late_orders_are_those_of_runs_that_count() {
 fn an_unknown_throughput_has_no_table_of_numbers() {
     let few = answer("1", |_, _| Ok(measured(1.0)));
     assert!(said(&few).starts_with("not known: 1 robot finished 1.0 orders in a run"));
-    assert_eq!(numbers(&few.variants[0]), None);
+    assert_eq!(numbers(&few.variants[0], ""), None);
 }
 
 #[test]

@@ -33,6 +33,51 @@ fn a_layout_with_stations_gets_a_load_between_them() {
     assert!(scenario.get("plugins").is_none());
 }
 
+/// A pick station at a charger, before, made orders lead from node to node.
+#[test]
+fn a_station_for_loads_at_a_charger_or_a_parking_place_gets_its_orders() {
+    for role in ["charge", "park", "drop"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("plant.yaml");
+        let node = |id: u32, x: u32, role: &str| {
+            format!("- {{Id: {id}, X: {x}, Y: 0, Theta: 0, Role: {role}}}\n")
+        };
+        let edge = |id: u32, from: u32, to: u32| {
+            format!(
+                "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+                 VelocityForward: 1}}\n"
+            )
+        };
+        let text = format!(
+            "Vertices:\n{}{}Edges:\n{}{}Stations:\n- {{Name: In, Role: pick, Nodes: [1]}}\n\
+             - {{Name: Out, Role: drop, Nodes: [2]}}\n",
+            node(1, 0, role),
+            node(2, 9, "none"),
+            edge(1, 1, 2),
+            edge(2, 2, 1)
+        );
+        std::fs::write(&path, text).expect("written");
+        let variant = Variant::read(&path, &ReadOptions::default()).expect("a variant");
+        let told = variant.other_stops.is_some();
+        assert_eq!(told, role == "drop", "{role}: {:?}", variant.other_stops);
+        assert_eq!(variant.graph.chargers()[0], role == "charge");
+    }
+}
+
+#[test]
+fn places_where_robots_of_a_scenario_start_are_told_as_left_out() {
+    let read = |robots: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("plant.csv"), RING).expect("written");
+        let path = folder.path().join("scenario.yaml");
+        let scenario = format!("graph: plant.csv\nrobots:\n- {{count: 1, {robots}}}\n");
+        std::fs::write(&path, scenario).expect("written");
+        Variant::read(&path, &ReadOptions::default()).expect("a variant").left_out
+    };
+    assert!(read("node: B").iter().any(|part| part.contains("where the scenario's robots start")));
+    assert_eq!(read("routes: none"), Vec::<String>::new());
+}
+
 #[test]
 fn stations_that_nobody_reaches_are_left_out_by_name() {
     let left_out = variant(
@@ -271,7 +316,8 @@ fn files_of_orders_that_a_study_does_not_read_are_told() {
     let text = format!("graph: plant.csv\nrobots: [{{node: 1}}]\nplugins: [{plugin}]\n");
     std::fs::write(&path, text).expect("written");
     let variant = Variant::read(&path, &ReadOptions::default()).expect("a variant");
-    assert!(variant.left_out[0].contains("`--orders day.yaml`"), "{:?}", variant.left_out);
+    let left_out = variant.left_out.join("\n");
+    assert!(left_out.contains("`--orders day.yaml`"), "{left_out}");
 }
 
 #[test]

@@ -184,6 +184,17 @@ fn mistakes_are_reported() {
 }
 
 #[test]
+fn an_end_by_a_name_that_two_nodes_have_is_told_as_such() {
+    let nodes = "id,x,y,name\nA,0,0,Ramp\nB,9,0,Ramp\nC,9,9,Dock\n";
+    let told = error(&format!("{nodes}\nfrom,to\nA,B\nB,Dock\nRamp,C\n"));
+    let expected = "edge `3` starts at node `Ramp`, a name that several nodes have: give the id";
+    assert!(told.contains(expected), "{told}");
+    let (_, findings) = graph(&format!("{nodes}\nfrom,to\nA,B\nB,Dock\n"));
+    let told = messages(&findings);
+    assert!(told.contains("several nodes have the name `Ramp`"), "{told}");
+}
+
+#[test]
 fn all_errors_of_all_rows_are_told_once() {
     let text = "id,x,y\n1,0,0\n2,1,0\n3,one,0\n4,,0\n\nfrom,to,speed,x1,y1\n1,2,1,,\n2,3,1,,\n\
                 1,9,1,,\n4,8,1,,\n1,2,fast,,\n2,1,-1,,\n1,2,1,5,five\n";
@@ -265,7 +276,7 @@ fn the_ends_of_an_edge_are_found_by_a_name_that_one_node_has() {
     let ends = graph.edges().iter().map(|edge| [edge.origin.0, edge.destination.0]);
     assert_eq!(ends.collect::<Vec<_>>(), [[0, 1], [1, 0], [0, 2]]);
     let error = error(&format!("{nodes}\nfrom,to\nStart,Shelf\n"));
-    assert!(error.contains("ends at node `Shelf`, which doesn't exist"), "{error}");
+    assert!(error.contains("ends at node `Shelf`, a name that several nodes have"), "{error}");
 }
 
 proptest! {

@@ -173,11 +173,11 @@ impl Joins {
         let mut pairs = Vec::new();
         for (&node, &target) in self.0.iter().take(MAX_EXAMPLES) {
             let [node, target] = [node, target].map(|node| &layout.nodes[node]);
-            let lost = match (target.role.and(node.role), node.role) {
-                (kept, lost) if lost == Role::None || kept == lost || kept == Role::Transfer => {
-                    String::new()
-                }
-                (_, lost) => format!(" (its role {} is lost)", lost.name()),
+            let kept = target.role.and(node.role);
+            let lost = if kept == node.role { target.role } else { node.role };
+            let lost = match lost == Role::None || kept == lost || kept == Role::Transfer {
+                true => String::new(),
+                false => format!(" (the role {} is lost)", lost.name()),
             };
             let [node, target] = [node, target].map(|node| shorten(&node.id));
             pairs.push(format!("`{node}` with `{target}`{lost}"));

@@ -167,18 +167,22 @@ pub(super) fn take_actions(
         roles.extend(self::roles(&json));
     }
     let role = role_of(&roles);
-    if roles.iter().any(|other| role.and(*other) != role) {
+    if roles.iter().any(|other| is_lost(*other, role)) {
         context.note(
             object.at,
-            "a node or edge has actions of several roles, such as pick and charge: the first is \
-             its role",
+            "a node or edge has actions of several roles, such as pick and charge: that of loads, \
+             or else the first, is its role",
         );
     }
     role
 }
 
-/// Returns the role of a place with some roles: the first, or [`Role::Transfer`] if loads are
-/// picked up and dropped there.
+/// Whether the role of a place doesn't tell one of its roles.
+fn is_lost(role: Role, kept: Role) -> bool {
+    role != Role::None && role != kept && !(kept == Role::Transfer && role.handles_loads())
+}
+
+/// Returns the role of a place with some roles, as [`Role::and`] joins two.
 pub(crate) fn role_of(roles: &[Role]) -> Role {
     roles.iter().fold(Role::None, |role, other| role.and(*other))
 }

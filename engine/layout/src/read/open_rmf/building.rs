@@ -66,7 +66,9 @@ struct Points<'a, 'text> {
 
 impl<'a, 'text> Points<'a, 'text> {
     fn level(&self, name: &str, reader: &mut Reader<'_, 'text>) -> Level {
-        let mut level = Level { at: self.tree.at, name: name.to_owned(), ..Level::default() };
+        let elevation = self.tree.number_of("elevation").unwrap_or(0.0);
+        let mut level =
+            Level { at: self.tree.at, name: name.to_owned(), elevation, ..Level::default() };
         level.vertices =
             self.tree.items_of("vertices").iter().map(|tree| self.vertex(tree, reader)).collect();
         for (index, tree) in self.tree.items_of("lanes").iter().enumerate() {

@@ -1,5 +1,6 @@
 //! The lifts of a building: edges between the vertices in a cabin, which join the levels.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use glam::DVec2;
@@ -46,15 +47,30 @@ type Levels = [(Level, Vec<String>)];
 type Stops = BTreeMap<(String, String), Vec<Stop>>;
 
 /// Adds edges in both directions between the stops of each lift on consecutive levels.
-pub(super) fn connect(levels: &mut Levels, layout: &mut Layout, report: &mut Report<'_>) {
+pub(super) fn connect(
+    levels: &mut Levels,
+    plans: &BTreeMap<String, LiftPlan>,
+    layout: &mut Layout,
+    report: &mut Report<'_>,
+) {
     for ((lift, _), stops) in stops(levels) {
         part(&stops, levels);
+        warn_of_single_level(&lift, &stops, levels, report);
+        // Where heights are known, the time is that from one stop to the next.
+        if plans.get(&lift).is_none_or(|plan| plan.level_secs.is_none()) {
+            warn_of_passed_levels(&lift, &stops, levels, report);
+        }
         connect_stops(&lift, &stops, levels, layout, report);
     }
 }
 
-/// Adds the lifts that join levels, when the layout has all of its nodes and edges.
-pub(super) fn add(plans: &BTreeMap<String, LiftPlan>, layout: &mut Layout) {
+/// Adds the lifts that join levels at some elevations, when the layout has all of its nodes and
+/// edges.
+pub(super) fn add(
+    plans: &BTreeMap<String, LiftPlan>,
+    elevations: &BTreeMap<String, f64>,
+    layout: &mut Layout,
+) {
     let mut nodes: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (index, node) in layout.nodes.iter().enumerate() {
         let tags = &node.tags.properties;
@@ -63,11 +79,16 @@ pub(super) fn add(plans: &BTreeMap<String, LiftPlan>, layout: &mut Layout) {
         }
     }
     let mut lifts = Vec::new();
-    for (name, nodes) in nodes {
+    for (name, mut nodes) in nodes {
         let level = |node: &usize| &layout.nodes[*node].tags.level;
         if name.is_empty() || nodes.iter().all(|node| level(node) == level(&nodes[0])) {
             continue;
         }
+        // From the lowest level up; levels without elevations stay in the order of the file.
+        nodes.sort_by(|a, b| {
+            let [a, b] = [a, b].map(|node| elevations.get(level(node).as_deref()?));
+            a.partial_cmp(&b).unwrap_or(Ordering::Equal)
+        });
         let none = LiftPlan { at: layout.nodes[nodes[0]].at, ..LiftPlan::default() };
         let plan = plans.get(name).unwrap_or(&none);
         let is_served =
@@ -85,6 +106,7 @@ pub(super) fn add(plans: &BTreeMap<String, LiftPlan>, layout: &mut Layout) {
     layout.lifts = lifts;
 }
 
+/// Returns the stops of each lift, from the lowest level up.
 fn stops(levels: &Levels) -> Stops {
     let mut stops = Stops::new();
     for (index, (level, _)) in levels.iter().enumerate() {
@@ -94,6 +116,10 @@ fn stops(levels: &Levels) -> Stops {
                 stops.entry((lift.to_owned(), graph.to_owned())).or_default().push(stop);
             }
         }
+    }
+    for stops in stops.values_mut() {
+        // The sort is stable: levels without elevations stay in the order of the file.
+        stops.sort_by(|a, b| levels[a.level].0.elevation.total_cmp(&levels[b.level].0.elevation));
     }
     stops
 }
@@ -121,6 +147,16 @@ fn part(stops: &[Stop], levels: &mut Levels) {
             let moved = &mut levels[pair[1].level].0.vertices[pair[1].vertex];
             moved.position = Some(below + DVec2::X * SHIFT);
         }
+    }
+}
+
+/// Warns of a lift in a building of several levels that has vertices on one of them only.
+fn warn_of_single_level(lift: &str, stops: &[Stop], levels: &Levels, report: &mut Report<'_>) {
+    let Some(first) = stops.first().filter(|_| levels.len() > 1) else { return };
+    if stops.iter().all(|stop| stop.level == first.level) {
+        let (lift, level) = (shorten(lift), shorten(&levels[first.level].0.name));
+        let message = format!("lift `{lift}` joins no levels: it has vertices on {level} only");
+        report.file_warning(vertex(levels, *first).at, message);
     }
 }
 
@@ -154,6 +190,22 @@ fn connect_stops(
         let message = format!(
             "lift `{}` doesn't join the levels {from_name} and {to_name}: {reason}",
             shorten(lift)
+        );
+        report.file_warning(vertex(levels, from).at, message);
+    }
+}
+
+/// Warns of rides past levels where the lift has no vertex: they take the time of one level.
+fn warn_of_passed_levels(lift: &str, stops: &[Stop], levels: &Levels, report: &mut Report<'_>) {
+    for pair in stops.windows(2).filter(|pair| pair[0].level + 1 < pair[1].level) {
+        let [from, to] = [pair[0], pair[1]];
+        let passed = levels[from.level + 1..to.level].iter().map(|(level, _)| shorten(&level.name));
+        let message = format!(
+            "lift `{}` has no vertex on {}: its ride from {} to {} takes the time of one level",
+            shorten(lift),
+            passed.collect::<Vec<_>>().join(", "),
+            shorten(&levels[from.level].0.name),
+            shorten(&levels[to.level].0.name)
         );
         report.file_warning(vertex(levels, from).at, message);
     }

@@ -36,6 +36,8 @@ pub(super) struct Building {
 pub(super) struct Level {
     pub at: u32,
     pub name: String,
+    /// In metres; 0 if the file gives none.
+    pub elevation: f64,
     pub vertices: Vec<Vertex>,
     pub lanes: Vec<Lane>,
     /// Walls, doors and lifts, in metres.
@@ -91,7 +93,9 @@ impl Building {
         let mut layout = Layout::default();
         let without_lanes = without_lanes(&kept);
         warn_of_levels(&kept, report);
-        lifts::connect(&mut kept, &mut layout, report);
+        lifts::connect(&mut kept, &self.lifts, &mut layout, report);
+        let elevations: BTreeMap<String, f64> =
+            kept.iter().map(|(level, _)| (level.name.clone(), level.elevation)).collect();
         for (level, ids) in kept {
             level.add_to(&ids, &mut layout, report);
         }
@@ -100,7 +104,7 @@ impl Building {
         }
         layout.stations = self.stations(&layout.nodes);
         doors::add(&self.doors, &mut layout);
-        lifts::add(&self.lifts, &mut layout);
+        lifts::add(&self.lifts, &elevations, &mut layout);
         layout.zones = zones::zones(&layout);
         layout
     }
@@ -191,6 +195,14 @@ fn warn_of_unused(vertices: &[Vertex], has_lane: &[bool], report: &mut Report<'_
     };
     let message = format!("vertex `{}` has no lane{others}: not used", shorten(&first.name));
     report.file_warning(first.at, message);
+}
+
+impl Level {
+    /// Whether a lane leads to a vertex in the cabin of a lift.
+    pub fn has_stop_of(&self, lift: &str) -> bool {
+        let mut ends = self.lanes.iter().flat_map(|lane| lane.ends);
+        ends.any(|end| self.vertices.get(end).and_then(Vertex::lift) == Some(lift))
+    }
 }
 
 impl Vertex {

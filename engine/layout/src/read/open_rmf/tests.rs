@@ -184,6 +184,46 @@ fn lifts_join_the_levels_of_the_hotel() {
     );
 }
 
+/// Levels of a file may stand in any order, and a lift may pass some.
+#[test]
+fn rides_lead_from_a_level_to_the_next_above_at_which_the_lift_stops() {
+    let hotel = sample("hotel.building.yaml");
+    let rides = |text: &str| {
+        let (graph, _) = parse(text, "h.yaml", &ReadOptions::default()).expect("a graph");
+        let lift = &graph.lifts()[0];
+        let levels: Vec<String> = lift.levels.iter().map(|level| level.name.to_string()).collect();
+        (levels.join(" "), lift.level_secs)
+    };
+    let (levels, secs) = rides(&hotel);
+    assert_eq!(levels, "L1 L2 L3");
+    let upside_down = hotel
+        .replace("elevation: 16", "elevation: -8")
+        .replace("highest_floor: L3", "highest_floor: L2")
+        .replace("lowest_floor: L1", "lowest_floor: L3");
+    assert_eq!(rides(&upside_down), ("L3 L1 L2".to_owned(), secs));
+}
+
+#[test]
+fn a_lift_without_vertices_on_a_level_is_told() {
+    let level = |name: &str, lift: &str| {
+        format!(
+            "  {name}:\n    lanes: [[0, 1, {{}}], [1, 0, {{}}]]\n    vertices: [[0, 0, {{{lift}}}], \
+             [3, 0, {{}}]]\n"
+        )
+    };
+    let of = |first: &str| {
+        let levels = [level("L1", first), level("L2", "lift: A")].concat();
+        messages(&layout_of(&format!("building_name: x\nlevels:\n{levels}lifts: {{}}\n"), None).1)
+    };
+    let passed = [level("L1", "lift: A"), level("L2", ""), level("L3", "lift: A")].concat();
+    let passed = format!("building_name: x\nlevels:\n{passed}lifts: {{}}\n");
+    let told = messages(&layout_of(&passed, None).1);
+    assert!(told.contains("has no vertex on L2: its ride from L1 to L3 takes the time"), "{told}");
+    let told = "lift `A` joins no levels: it has vertices on L2 only";
+    assert!(of("").contains(told), "{}", of(""));
+    assert!(!of("lift: A").contains(told), "{}", of("lift: A"));
+}
+
 /// The vertices of the generator's graph, and its lanes as pairs of them, each by its nearest in
 /// ours.
 fn compare(ours: &Layout, theirs: &Layout) {

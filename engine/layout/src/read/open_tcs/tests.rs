@@ -44,6 +44,14 @@ fn model(attributes: &str, content: &str) -> String {
     )
 }
 
+#[test]
+fn a_speed_that_is_not_a_number_is_an_error() {
+    let text = model("maxVelocity=\"1,5\" maxReverseVelocity=\"0\"", "");
+    let error = parse(&text, "model.xml", &ReadOptions::default()).expect_err("no number");
+    let told = messages(error.findings().expect("findings"));
+    assert!(told.contains("path `P`: its maxVelocity is `1,5`: give a number, in mm/s"), "{told}");
+}
+
 const ONE_WAY: &str = "maxVelocity=\"1000\" maxReverseVelocity=\"0\" locked=\"false\"";
 
 fn cubics(graph: &RouteGraph, name: &str) -> Vec<[[f64; 2]; 4]> {

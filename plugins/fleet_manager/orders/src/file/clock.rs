@@ -7,7 +7,7 @@ use std::fmt;
 pub enum FileTime {
     /// Seconds of simulated time.
     Secs(f64),
-    /// A time of day, in seconds after midnight.
+    /// A time of day, in seconds after the midnight before the first time of the file.
     Clock(f64),
     /// A date with a time of day where it was written, in seconds since 1970.
     Local(f64),
@@ -31,6 +31,55 @@ impl FileTime {
             Self::Local(_) => "a date without a zone",
             Self::Instant(_) => "a date with a zone",
         }
+    }
+
+    /// The date of a number of days that a workbook has, if this is a number.
+    pub fn from_serial(self) -> Self {
+        match self {
+            Self::Secs(days) => {
+                let millis = (days - SERIAL_OF_1970) * DAY_SECS * 1000.0;
+                Self::Local(millis.round() / 1000.0)
+            }
+            other => other,
+        }
+    }
+
+    /// The time of the next day, if this is a time of day.
+    pub fn next_day(self) -> Self {
+        match self {
+            Self::Clock(secs) => Self::Clock(secs + DAY_SECS),
+            other => other,
+        }
+    }
+}
+
+/// Returns the line with the first time after midnight of a file without dates, such as that of a
+/// night shift: there alone a time is before that of the row above, by more than half a day, and
+/// all later ones are before the first time of the file.
+pub fn midnight(times: impl Iterator<Item = (usize, FileTime)>) -> Option<usize> {
+    let (mut first, mut last, mut found) = (None, None, None);
+    for (line, time) in times {
+        let FileTime::Clock(secs) = time else { return None };
+        if let Some(last) = last.filter(|last| secs < *last) {
+            if found.is_some() || last - secs < HALF_DAY_SECS {
+                return None;
+            }
+            found = Some(line);
+        }
+        if found.is_some() && secs >= *first.get_or_insert(secs) {
+            return None;
+        }
+        first.get_or_insert(secs);
+        last = Some(secs);
+    }
+    found
+}
+
+/// Returns a time of day as one of the next day if it is more than half a day before another one.
+pub fn after(time: FileTime, other: FileTime) -> FileTime {
+    match time {
+        FileTime::Clock(secs) if other.secs() - secs > HALF_DAY_SECS => time.next_day(),
+        _ => time,
     }
 }
 
@@ -65,6 +114,11 @@ pub enum TimeError {
 }
 
 const DAY_SECS: f64 = 86_400.0;
+/// The number of 1970-01-01 in workbooks, which count days (ECMA-376, part 1, 18.17.4.1).
+const SERIAL_OF_1970: f64 = 25_569.0;
+/// The numbers of the days from 2000 to 2099.
+pub const SERIALS: std::ops::Range<f64> = 36_526.0..73_051.0;
+const HALF_DAY_SECS: f64 = DAY_SECS / 2.0;
 /// Two-digit years are those from 2000 on.
 const CENTURY: i64 = 2000;
 

@@ -38,7 +38,8 @@ impl Meaning {
         (
             Self::Time,
             "time at start release released releasetime releasedat created createdat timestamp \
-             datetime starttime zeit uhrzeit zeitpunkt freigabe startzeit",
+             datetime starttime zeit uhrzeit zeitpunkt zeitstempel erstellt erstelltam freigabe \
+             startzeit",
         ),
         (Self::Priority, "priority prio priorität prioritaet"),
         (Self::Earliest, "earliest earlieststart notbefore frühestens fruehestens"),
@@ -107,8 +108,8 @@ impl Columns {
     }
 
     fn check_stops(&self) -> Result<(), String> {
-        let [stops, from, to] = [Meaning::Stops, Meaning::From, Meaning::To]
-            .map(|meaning| self.find(meaning).is_some());
+        let [stops, from, to] =
+            [Meaning::Stops, Meaning::From, Meaning::To].map(|meaning| self.have(meaning));
         match (stops, from, to) {
             (true, false, false) | (false, true, true) => Ok(()),
             (true, ..) => Err("give either the column `stops` or `from` and `to`".to_owned()),
@@ -148,9 +149,14 @@ impl Columns {
         self.0.iter().filter_map(|(header, meaning)| Some((header.as_str(), (*meaning)?)))
     }
 
+    /// Whether a column has a meaning.
+    pub(super) fn have(&self, meaning: Meaning) -> bool {
+        self.find(meaning).is_some()
+    }
+
     /// Whether a column has the times of the orders.
     pub fn have_times(&self) -> bool {
-        self.find(Meaning::Time).is_some()
+        self.have(Meaning::Time)
     }
 
     /// The cells of a row in columns that are used, with their headers.

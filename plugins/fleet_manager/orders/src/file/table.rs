@@ -18,6 +18,8 @@ use crate::order::Action;
 const SEPARATORS: [u8; 4] = *b",;\t|";
 /// Times of day and dates begin at a full hour.
 const HOUR_SECS: f64 = 3600.0;
+/// The longest time between dates of a file that are numbers of days.
+const MOST_DAYS: f64 = 366.0;
 /// The most columns, rows, and stops of all rows: each takes up to 700 times its bytes in memory.
 const MOST_COLUMNS: usize = 1_000;
 const MOST_ROWS: usize = 1_000_000;
@@ -35,6 +37,9 @@ pub struct Table {
     /// The time at which simulated time begins, if the file has dates or times of day: seconds
     /// since midnight or since 1970.
     pub begin: Option<FileTime>,
+    /// The line from which on times of day are those of the next day, if there is one: see
+    /// [`clock::midnight`].
+    pub midnight_line: Option<usize>,
     /// Whether a row has a time.
     pub has_times: bool,
     /// The names of the sheets of a workbook that have cells, too, and aren't read.
@@ -48,6 +53,37 @@ struct Row {
     time: Option<FileTime>,
     earliest: Option<FileTime>,
     deadline: Option<FileTime>,
+}
+
+impl Row {
+    fn times(&mut self) -> [&mut Option<FileTime>; 3] {
+        [&mut self.time, &mut self.earliest, &mut self.deadline]
+    }
+
+    /// Moves times of day to the next day: all from the line behind a midnight on, and deadlines
+    /// that would be long before the order's time.
+    fn set_days(&mut self, midnight_line: Option<usize>) {
+        if midnight_line.is_some_and(|line| self.line >= line) {
+            for time in self.times() {
+                *time = time.map(FileTime::next_day);
+            }
+        }
+        if let (Some(deadline), Some(time)) = (self.deadline, self.time) {
+            self.deadline = Some(clock::after(deadline, time));
+        }
+    }
+}
+
+/// Whether the times of a workbook are dates without a date's format: numbers of days since 1900.
+/// Seconds of a simulation don't all begin ten hours after its start within minutes, with parts.
+fn are_dates(rows: &[Row]) -> bool {
+    let (mut first, mut last, mut has_parts) = (f64::INFINITY, f64::NEG_INFINITY, false);
+    for time in rows.iter().filter_map(|row| row.time) {
+        let FileTime::Secs(number) = time else { return false };
+        (first, last) = (first.min(number), last.max(number));
+        has_parts |= number.fract() != 0.0;
+    }
+    has_parts && clock::SERIALS.contains(&first) && last - first <= MOST_DAYS
 }
 
 /// Returns the text of a file: UTF-8, UTF-16 with a byte order mark, or else Windows-1252.
@@ -69,15 +105,25 @@ impl Table {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
         let mut builder = csv::ReaderBuilder::new();
         builder.comment(Some(b'#')).delimiter(separator(&text));
-        Self::read(&mut builder, &text)
+        let (mut table, rows) = Self::read(&mut builder, &text)?;
+        table.add(rows);
+        Ok(table)
     }
 
     /// Reads a sheet of a workbook, as [`workbook`](super::workbook) returns it.
     pub(super) fn parse_sheet(text: &str) -> Result<Self, yaml::Error> {
-        Self::read(&mut csv::ReaderBuilder::new(), text)
+        let (mut table, mut rows) = Self::read(&mut csv::ReaderBuilder::new(), text)?;
+        if are_dates(&rows) {
+            for time in rows.iter_mut().flat_map(Row::times) {
+                *time = time.map(FileTime::from_serial);
+            }
+        }
+        table.add(rows);
+        Ok(table)
     }
 
-    fn read(builder: &mut csv::ReaderBuilder, text: &str) -> Result<Self, yaml::Error> {
+    /// Reads the rows that can be read, and finds problems of the others.
+    fn read(builder: &mut csv::ReaderBuilder, text: &str) -> Result<(Self, Vec<Row>), yaml::Error> {
         builder.trim(csv::Trim::All).flexible(true);
         let mut reader = builder.from_reader(text.as_bytes());
         let header = reader.headers().map_err(csv_error)?;
@@ -98,10 +144,14 @@ impl Table {
             }
             check_count(count + 1, count, MOST_ROWS, "rows: split the file")?;
         }
-        table.set_times(rows);
-        table.find_repeated_names();
-        table.problems.sort_by_key(|problem| problem.line);
-        Ok(table)
+        Ok((table, rows))
+    }
+
+    /// Adds the orders of rows.
+    fn add(&mut self, rows: Vec<Row>) {
+        self.set_times(rows);
+        self.find_repeated_names();
+        self.problems.sort_by_key(|problem| problem.line);
     }
 
     /// Returns all orders.
@@ -167,6 +217,9 @@ impl Table {
                 count => Err(DraftError::Stops(count).to_string()),
             };
         }
+        if self.columns.have(Meaning::Stops) {
+            return Err("the stops are missing".to_owned());
+        }
         let ends = [(Meaning::From, Action::Pick), (Meaning::To, Action::Drop)];
         let stops = ends.map(|(meaning, operation)| match self.columns.cell(record, meaning) {
             Some(name) => {
@@ -194,7 +247,12 @@ impl Table {
 
     /// Turns the times of rows into seconds of simulated time, which begins at the full hour before
     /// the first time of day or date.
-    fn set_times(&mut self, rows: Vec<Row>) {
+    fn set_times(&mut self, mut rows: Vec<Row>) {
+        let times = rows.iter().filter_map(|row| Some((row.line, row.time?)));
+        self.midnight_line = clock::midnight(times);
+        for row in &mut rows {
+            row.set_days(self.midnight_line);
+        }
         let first = rows.iter().find_map(|row| Some((row.line, row.time?)));
         self.has_times = first.is_some();
         let earliest = rows.iter().filter_map(|row| row.time).map(FileTime::secs);
@@ -355,6 +413,27 @@ mod tests {
     }
 
     #[test]
+    fn a_night_shift_goes_on_after_midnight() {
+        let night = table(
+            "from,to,time,due\nA,B,22:00,22:30\nA,B,23:50,00:20\nA,B,00:05,00:35\nA,B,05:00,\n",
+        );
+        let times: Vec<_> = rows(&night).iter().map(|row| (row.0, row.1)).collect();
+        let minutes = |minutes: f64| minutes * 60.0;
+        let expected = [
+            (0.0, Some(minutes(30.0))),
+            (minutes(110.0), Some(minutes(140.0))),
+            (minutes(125.0), Some(minutes(155.0))),
+            (minutes(420.0), None),
+        ];
+        assert_eq!((times.as_slice(), night.midnight_line), (&expected[..], Some(4)));
+        // Two lists below each other, a row in the wrong place, and one that isn't sorted.
+        for times in ["06:00 22:00 06:10 21:00", "10:00 11:00 09:00", "23:00 01:00 23:30 02:00"] {
+            let text: String = times.split(' ').map(|time| format!("A,B,{time}\n")).collect();
+            assert_eq!(table(&format!("from,to,time\n{text}")).midnight_line, None, "{times}");
+        }
+    }
+
+    #[test]
     fn a_table_that_would_fill_the_memory_is_refused() {
         let columns = ",a".repeat(MOST_COLUMNS);
         let rows = "A\n".repeat(MOST_ROWS + 1);
@@ -367,6 +446,25 @@ mod tests {
             let error = Table::parse(&text).expect_err(reason).to_string();
             assert!(error.starts_with(reason), "{error}");
         }
+    }
+
+    #[test]
+    fn dates_of_a_workbook_without_a_format_are_dates() {
+        let rows = "from,to,time,due\nA,B,46082.25,46082.375\nA,B,46082.5,\n";
+        let table = Table::parse_sheet(rows).expect("a table");
+        let times: Vec<_> = table.orders.iter().map(|o| (o.secs, o.draft.deadline)).collect();
+        assert_eq!(times, [(0.0, Some(10_800.0)), (21_600.0, None)]);
+        assert_eq!(table.begin.map(|begin| begin.to_string()).as_deref(), Some("2026-03-01 06:00"));
+        for seconds in ["46082\nA,B,46100", "46082.5\nA,B,50000", "3600.5\nA,B,3700"] {
+            let text = format!("from,to,time\nA,B,{seconds}\n");
+            assert_eq!(Table::parse_sheet(&text).expect("a table").begin, None, "{seconds}");
+        }
+    }
+
+    #[test]
+    fn a_row_without_stops_is_told_as_such() {
+        let table = table("name,stops\na,A B\nb,\n");
+        assert_eq!((table.orders.len(), &*table.problems[0].reason), (1, "the stops are missing"));
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(super) struct Sheet {
     /// The table as CSV, with a line for each row. Lines above the table are empty: it begins at
     /// the first row with two cells, if there is one.
     pub csv: String,
-    /// The names of the sheets behind it that have cells, too.
+    /// The names of the other sheets that have cells, too: those behind it, and hidden ones.
     pub others: Vec<String>,
 }
 
@@ -29,19 +29,19 @@ pub(super) fn sheet_of(bytes: Vec<u8>) -> Result<Sheet, String> {
     let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(reason_of)?;
     let sheets = workbook.sheets_metadata().iter();
     let sheets = sheets
-        .filter(|sheet| sheet.typ == SheetType::WorkSheet && sheet.visible == SheetVisible::Visible)
-        .map(|sheet| sheet.name.clone());
+        .filter(|sheet| sheet.typ == SheetType::WorkSheet)
+        .map(|sheet| (sheet.name.clone(), sheet.visible == SheetVisible::Visible));
     let (mut csv, mut others) = (None, Vec::new());
-    for name in sheets.collect::<Vec<_>>() {
+    for (name, is_visible) in sheets.collect::<Vec<_>>() {
         if !has_cells(&mut workbook, &name)? {
             continue;
         }
         match csv {
-            None => csv = Some(rows::to_csv(&rows_of(&mut workbook, &name)?)?),
-            Some(_) => others.push(name),
+            None if is_visible => csv = Some(rows::to_csv(&rows_of(&mut workbook, &name)?)?),
+            _ => others.push(name),
         }
     }
-    let csv = csv.ok_or_else(|| "no sheet of the workbook has cells".to_owned())?;
+    let csv = csv.ok_or_else(|| "no visible sheet of the workbook has cells".to_owned())?;
     Ok(Sheet { csv, others })
 }
 

@@ -210,9 +210,10 @@ pub(super) fn add_lifts(
         }
         let mut served = Vec::new();
         for (index, level) in levels.iter_mut().enumerate() {
-            if range.contains(&elevation(index, trees)) {
+            let elevation = elevation(index, trees);
+            if range.contains(&elevation) {
                 shaft.add_to(level, name);
-                served.push(elevation(index, trees));
+                served.extend(level.has_stop_of(name).then_some(elevation));
             }
         }
         served.sort_by(f64::total_cmp);
