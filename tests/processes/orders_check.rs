@@ -101,6 +101,31 @@ fn a_node_by_its_name_and_by_its_id_is_one_end_of_a_flow() {
     assert!(text.contains("     2  A → B\n     2  B → A\n"), "{text}");
 }
 
+/// The first node of the station is a trap: orders for the station went there before.
+#[test]
+fn a_station_is_served_at_a_node_that_can_be_left() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [day, plant] = ["day.csv", "plant.yaml"].map(|name| folder.path().join(name));
+    let edge = |id: u32, from: u32, to: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+             VelocityForward: 1}}\n"
+        )
+    };
+    let nodes = "- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 9, Y: 0, Theta: 0}\n\
+                 - {Id: 3, X: 9, Y: 9, Theta: 0}\n";
+    let edges = [edge(1, 1, 2), edge(2, 2, 1), edge(3, 2, 3)].concat();
+    let text =
+        format!("Vertices:\n{nodes}Edges:\n{edges}Stations:\n- {{Name: Out, Nodes: [3, 2]}}\n");
+    fs::write(&plant, text).expect("written");
+    fs::write(&day, "from,to\n1,Out\n").expect("written");
+    let mut command = regatta();
+    command.args(["orders", "check"]).arg(day).arg("--plant").arg(plant);
+    let output = command.output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+}
+
 /// Of such nodes, the first had the orders before.
 #[test]
 fn a_name_beside_the_ids_of_two_nodes_is_a_line() {

@@ -1,11 +1,13 @@
 //! The number of robots, and the world and types that the engine publishes.
 
+use std::collections::BTreeMap;
+
 use glam::DVec2;
 use regatta_base::random::mix;
 use regatta_layout::traffic::MainPart;
 use regatta_layout::{
-    Cabin, CubicBezier, Edge, EdgeIndex, Lift, Node, Orientation, Role, RouteGraph, Tags, Zone,
-    ZoneRule,
+    Cabin, CubicBezier, Edge, EdgeIndex, Lift, Node, NodeIndex, Orientation, Role, RouteGraph,
+    Station, Tags, Zone, ZoneRule,
 };
 use regatta_motion::Tracks;
 use regatta_plugin::PublishError;
@@ -269,18 +271,24 @@ fn lift_record(graph: &RouteGraph, lift: &Lift, texts: &mut Texts) -> LiftRecord
     }
 }
 
-/// Adds the names of stations, and the aliases of nodes that no other node has.
+/// Adds the names that one station has, and the aliases that one node has.
 fn add_other_names(graph: &RouteGraph, world: &mut WorldData) {
     let mut add = |name: &str, node: u32| {
         world.other_names.push(OtherNameRecord { name: world.texts.add(name), node });
     };
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for name in graph.stations().iter().flat_map(Station::names) {
+        *counts.entry(name).or_default() += 1;
+    }
     // The first node of a station is the one that orders for it mean.
     let cut_off = MainPart::of(graph).map(|main| main.cut_off).unwrap_or_default();
     for station in graph.stations() {
-        let (others, first): (Vec<NodeIndex>, _) =
+        let (others, first): (Vec<NodeIndex>, Vec<NodeIndex>) =
             station.nodes.iter().partition(|node| cut_off.contains_key(*node));
-        for node in first.into_iter().chain(others) {
-            add(&station.name, node.0);
+        for name in station.names().filter(|name| counts[name] == 1) {
+            for node in first.iter().chain(&others) {
+                add(name, node.0);
+            }
         }
     }
     let repeated = graph.repeated_names();

@@ -69,6 +69,10 @@ fn without_figures(variant: &VariantAnswer, minutes: f64) -> String {
             "nothing was carried: no order was finished in {minutes:.0} minutes, and no robot can \
              carry out {orders} of them, as the findings below tell."
         ),
+        None if !variant.is_managed_by_regatta && !variant.is_bound => format!(
+            "nothing was carried: by the order log, which the manager has to write, no order was \
+             finished in {minutes:.0} minutes. If one takes longer, give a longer --duration."
+        ),
         None => format!(
             "nothing was carried: no order was finished in {minutes:.0} minutes. If one takes \
              longer, give a longer --duration."

@@ -233,3 +233,14 @@ pub struct Station {
     /// All other keys of the file, as text.
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }
+
+/// The key of a station's second name in LIF.
+const STATION_NAME: &str = "stationName";
+
+impl Station {
+    /// Returns its name, and the second one that LIF gives it, which several stations may have.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let second = self.properties.get(STATION_NAME).map(|name| &**name);
+        std::iter::once(self.name.as_str()).chain(second)
+    }
+}

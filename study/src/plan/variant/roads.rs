@@ -152,8 +152,8 @@ fn labels(graph: &RouteGraph) -> BTreeSet<String> {
     let ids = graph.nodes().iter().map(|node| node.id.to_string());
     let names = graph.nodes().iter().filter_map(|node| node.name().map(str::to_owned));
     let others = graph.nodes().iter().flat_map(|node| node.other_names());
-    let stations = graph.stations().iter().map(|station| station.name.clone());
-    ids.chain(names).chain(others).chain(stations).collect()
+    let stations = graph.stations().iter().flat_map(|station| station.names());
+    ids.chain(names).chain(others).chain(stations.map(str::to_owned)).collect()
 }
 
 /// Returns the nodes with some labels: ids, names of nodes or names of stations.
@@ -166,8 +166,10 @@ fn nodes_of(graph: &RouteGraph, labels: &BTreeSet<String>) -> Vec<NodeIndex> {
             nodes.insert(index);
         }
     }
-    for station in graph.stations().iter().filter(|station| labels.contains(&station.name)) {
-        nodes.extend(&station.nodes);
+    for station in graph.stations() {
+        if station.names().any(|name| labels.contains(name)) {
+            nodes.extend(&station.nodes);
+        }
     }
     nodes.into_iter().collect()
 }
