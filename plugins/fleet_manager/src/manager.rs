@@ -155,6 +155,11 @@ impl Manager {
         self.steering.take_back(robot);
     }
 
+    /// Extends the base of a robot as soon as there is room, because it asks for that.
+    pub fn lengthen_base(&mut self, robot: u32) {
+        self.steering.lengthen_base(robot);
+    }
+
     /// Gives up the order of a robot whose action at a stop has failed.
     pub fn fail_action(&mut self, robot: u32) {
         let progress = self.progress.get(robot as usize).copied().unwrap_or_default();
