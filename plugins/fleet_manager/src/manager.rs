@@ -58,8 +58,9 @@ pub struct Manager {
     /// The type of each robot, as an index of the world's robot types.
     robot_types: Vec<u32>,
     candidates: Vec<Candidate>,
-    /// The numbers of closure changes and of robots when unroutable orders were last checked.
-    checked: (u64, usize),
+    /// The number of closure changes, and the robots with the part of the roads of each, when
+    /// unroutable orders were last checked.
+    checked: (u64, Vec<(u32, Option<u32>)>),
     /// The nodes of which a warning says that no way leads back from them.
     traps: BTreeSet<u32>,
     /// The robots for which waiting orders were judged, with the part of the roads of each, and
@@ -91,7 +92,7 @@ impl Manager {
             present: Vec::new(),
             robot_types: Vec::new(),
             candidates: Vec::new(),
-            checked: (0, 0),
+            checked: (0, Vec::new()),
             traps: BTreeSet::new(),
             judged_for: (Vec::new(), false),
             warnings: Vec::new(),
@@ -152,6 +153,11 @@ impl Manager {
     /// Revokes the grants of a robot from a command on, because the command was refused.
     pub fn refuse(&mut self, robot: u32) {
         self.steering.take_back(robot);
+    }
+
+    /// Extends the base of a robot as soon as there is room, because it asks for that.
+    pub fn lengthen_base(&mut self, robot: u32) {
+        self.steering.lengthen_base(robot);
     }
 
     /// Gives up the order of a robot whose action at a stop has failed.

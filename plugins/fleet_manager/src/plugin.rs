@@ -11,7 +11,7 @@ use clap::Parser;
 use regatta_base::{grouped, thousands};
 use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::command::RouteLeg;
-use regatta_plugin::event::EventKind;
+use regatta_plugin::event::{BASE_WANTED, EventKind};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::order::OrderRecord;
@@ -499,6 +499,9 @@ impl Plugin for FleetManager {
                     if let Some(robot) = self.pending.remove(&event.token) {
                         manager.refuse(robot);
                     }
+                }
+                Some(EventKind::WaitingForRelease) if event.detail == BASE_WANTED => {
+                    manager.lengthen_base(event.robot);
                 }
                 Some(EventKind::ActionFailed) => manager.fail_action(event.robot),
                 _ => {}

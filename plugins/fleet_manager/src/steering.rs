@@ -189,7 +189,7 @@ impl Steering {
         if let Some(state) = self.robot_mut(robot) {
             state.errand = Errand::Sent(goal);
             state.route = RouteState::Needed;
-            state.is_fresh = true;
+            (state.is_fresh, state.wants_base) = (true, false);
             state.sent = now;
         }
     }

@@ -26,6 +26,7 @@ mod master;
 mod order;
 mod place;
 mod progress;
+mod range;
 mod rejection;
 mod report;
 mod route;
@@ -80,6 +81,8 @@ pub struct Judge {
 pub struct Tally {
     /// Messages of the standard.
     pub judged: u64,
+    /// Messages that came again, unchanged. A broker may deliver one twice: that is no breach.
+    pub repeated: u64,
     /// Messages of other topics.
     pub others: u64,
     /// Messages of vehicles beyond the most that are judged.
@@ -206,6 +209,10 @@ impl Judge {
         };
         seen.delivery.into_iter().for_each(|way| header::judge_delivery(way, &mut notes));
         match content {
+            Ok(_) if vehicle.headers.is_delivered_again(seen.payload, subject) => {
+                self.tally.repeated += 1;
+                return findings.append(&mut own);
+            }
             Ok(content) => {
                 self.judge_content(seen, address, &content, vehicle, &mut notes);
                 self.versions.insert(address.vehicle.to_owned(), version);
@@ -336,7 +343,8 @@ fn decode<M: Message>(payload: &[u8], notes: &mut Notes<'_>) -> Option<M> {
 }
 
 fn add_unread(error: &DecodeError, notes: &mut Notes<'_>) {
-    let by_schema = [Rule::MissingField, Rule::FieldType, Rule::UnknownValue, Rule::Schema];
+    let by_schema =
+        [Rule::MissingField, Rule::FieldType, Rule::UnknownValue, Rule::ValueRange, Rule::Schema];
     if !notes.findings.iter().any(|finding| by_schema.contains(&finding.rule)) {
         notes.add(Rule::Schema, format!("the message can't be read: {}", error.reason()));
     }

@@ -4,7 +4,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, PublishOptions, QoS};
+use rumqttc::{
+    Client, Connection, Event, LastWill, MqttOptions, Packet, Publish, PublishOptions, QoS,
+};
 use serde_json::{Value, json};
 
 use crate::fleet::TIMEOUT;
@@ -30,6 +32,15 @@ impl Master {
         Self::connect_with(options, prefix)
     }
 
+    /// Connects as a vehicle whose connection the broker tells to be broken when it is lost.
+    pub fn connect_with_will(port: u16, prefix: &str) -> Self {
+        let will = Self::with_header_of(0, json!({"connectionState": "CONNECTIONBROKEN"}));
+        let topic = format!("{prefix}/connection");
+        let mut options = MqttOptions::new(client_id(), ("127.0.0.1", port));
+        options.set_last_will(LastWill::new(topic, will.to_string(), QoS::AtLeastOnce, true));
+        Self::connect_with(options, prefix)
+    }
+
     fn connect_with(mut options: MqttOptions, prefix: &str) -> Self {
         options.set_max_packet_size(1 << 24, 1 << 24);
         let (client, connection) = Client::builder(options).capacity(100).build();
@@ -51,10 +62,14 @@ impl Master {
         self.client.publish(topic, text, options).expect("a request");
     }
 
-    fn with_header(&mut self, mut message: Value) -> Value {
-        let header = json!({"headerId": self.header_id, "timestamp": "2026-01-01T00:00:00.000Z",
-            "version": "2.0.0", "manufacturer": "regatta", "serialNumber": "x"});
+    fn with_header(&mut self, message: Value) -> Value {
         self.header_id += 1;
+        Self::with_header_of(self.header_id - 1, message)
+    }
+
+    fn with_header_of(header_id: u32, mut message: Value) -> Value {
+        let header = json!({"headerId": header_id, "timestamp": "2026-01-01T00:00:00.000Z",
+            "version": "2.0.0", "manufacturer": "regatta", "serialNumber": "x"});
         for (key, value) in header.as_object().expect("an object") {
             message[key] = value.clone();
         }

@@ -15,6 +15,12 @@ use crate::fleet::{Process, eventually, graphs, regatta, unique};
 /// The layout of these tests.
 const LAYOUT: &str = "imported/lif/ex_10_7.lif.json";
 
+/// The rate at which vehicles lose their connections, in simulated hours.
+const LOST: &str = "lost-connections=20/h";
+/// The seed by which each of two vehicles loses its connection once in 500 simulated seconds: after
+/// 67 s and after 169 s, for 12 s and 16 s of the wall clock.
+const LOST_SEED: &str = "11955";
+
 /// A master, and the name of its fleet.
 struct OurMaster {
     process: Process,
@@ -90,10 +96,22 @@ fn judge(broker: &Broker) -> Process {
     Process::start(regatta().args(["vda5050", "check", &broker.url(), "--json"]))
 }
 
+/// Ends a judge, and returns its report.
+fn report(judge: Process) -> Value {
+    serde_json::from_slice(&judge.interrupt().stdout).expect("JSON")
+}
+
+fn findings(report: &Value) -> Vec<&Value> {
+    report["findings"].as_array().expect("a list").iter().collect()
+}
+
+fn is_error_of_master(finding: &Value) -> bool {
+    finding["side"] == "master" && finding["severity"] == "error"
+}
+
 /// The findings of a judge that are errors.
 fn errors(judge: Process) -> (Value, u64) {
-    let output = judge.interrupt();
-    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let report = report(judge);
     (report["errors"].clone(), report["messages"].as_u64().expect("a count"))
 }
 
@@ -175,6 +193,74 @@ fn orders_survive_brokers_that_die() {
     master.wait_for(4);
     master.end();
     assert!(validator.interrupt().status.success(), "vehicles have touched");
+}
+
+/// Vehicles lose their connections without a word, and come back: the broker tells the master, and
+/// orders are carried on.
+#[test]
+fn orders_survive_connections_that_are_lost() {
+    let Some(broker) = Broker::start("own-lost") else { return };
+    let fleet = fleet("own-lost", &["N3", "N1"]);
+    let judge = judge(&broker);
+    let _vehicles = vehicles(
+        &fleet,
+        &broker,
+        &[
+            "--action",
+            "pick=1",
+            "--action",
+            "drop=1",
+            "--disturb",
+            LOST,
+            "--disturb-seed",
+            LOST_SEED,
+        ],
+    );
+    let validator = fleet.plugin("validator");
+    let master = OurMaster::start("own-lost", &broker, &[]);
+    master.order(&[["N3", "N1"], ["N1", "N3"], ["N11", "N2"]]);
+    master.wait_until("broken", 1);
+    for finished in 1..=3 {
+        master.wait_for(finished);
+    }
+    let messages = master.end();
+    for news in ["its connection is broken; its path is kept free", "it can be steered again"] {
+        assert!(messages.contains(news), "{news}: {messages}");
+    }
+    let report = report(judge);
+    let of_master: Vec<_> =
+        findings(&report).into_iter().filter(|one| is_error_of_master(one)).collect();
+    assert!(of_master.is_empty(), "{of_master:#?}");
+    assert!(validator.interrupt().status.success(), "vehicles have touched");
+}
+
+/// The master waits for a vehicle whose last will it has seen, and the judge knows that it went on
+/// without a word.
+#[test]
+fn the_last_will_of_a_vehicle_is_seen_by_the_master_and_the_judge() {
+    let Some(broker) = Broker::start("own-will") else { return };
+    let judge = judge(&broker);
+    let prefix = "uagv/v2/KIT/9";
+    let mut vehicle = Peer::connect_with_will(broker.port, prefix);
+    vehicle.send_kept("connection", json!({"connectionState": "ONLINE"}));
+    let master = OurMaster::start("own-will", &broker, &["--vehicles", "uagv/v2/KIT/+"]);
+    vehicle.wait("instantActions", |_| true);
+    vehicle.send("state", state(json!({})));
+    master.wait_until("idle", 1);
+    // Nothing ends the connection but its loss.
+    drop(vehicle);
+    master.wait_until("broken", 1);
+    let mut vehicle = Peer::connect(broker.port, prefix);
+    vehicle.wait("connection", |message| message["connectionState"] == "CONNECTIONBROKEN");
+    vehicle.send("state", state(json!({})));
+    master.wait_until("idle", 1);
+    master.order(&[["N11", "N1"]]);
+    vehicle.wait("order", |order| order["nodes"][0]["nodeId"] == "N3");
+    let messages = master.end();
+    assert!(messages.contains("its connection is broken; its path is kept free"), "{messages}");
+    let report = report(judge);
+    let seen = findings(&report).into_iter().any(|one| one["rule"] == "offline-goes-on");
+    assert!(seen, "{report}");
 }
 
 /// The state of a vehicle that a test plays.

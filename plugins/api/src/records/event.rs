@@ -40,9 +40,14 @@ pub struct EventRecord {
     /// `ActionFailed`: that of the node where the robot stands.
     /// `Refused`: the id that the command named.
     pub id: u32,
-    /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
+    /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`]. `WaitingForRelease`:
+    /// [`BASE_WANTED`] if the robot doesn't wait yet.
     pub detail: u32,
 }
+
+/// The detail of a robot that asks for a longer base before it comes to the end of the one that it
+/// has.
+pub const BASE_WANTED: u32 = 1;
 
 numbered! {
     /// Kinds of [`EventRecord`].
@@ -53,7 +58,8 @@ numbered! {
         /// A robot reached the end of its route.
         RouteDone = 2,
         /// A robot reached the end of its released base and waits for a release, or comes to a
-        /// closed edge, a closed door or a lift and waits for it.
+        /// closed edge, a closed door or a lift and waits for it. Or it drives, and asks for a
+        /// longer base so that it needn't brake.
         WaitingForRelease = 3,
         /// A held robot has come to a stop.
         Held = 4,

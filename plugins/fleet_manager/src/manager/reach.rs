@@ -35,10 +35,13 @@ impl Manager {
     }
 
     /// Tries orders again that couldn't be reached before roads were closed or opened, or before
-    /// robots came, and finds those that can't be reached any more.
+    /// robots came or were moved to other parts of the roads, and finds those that can't be reached
+    /// any more.
     pub(super) fn reconsider(&mut self, now_secs: f64) {
-        let now = (self.steering.closure_changes(), self.present.len());
-        if std::mem::replace(&mut self.checked, now) != now {
+        let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
+        let now = (self.steering.closure_changes(), ways.parts());
+        if self.checked != now {
+            self.checked = now;
             let lost = self.orders.open_orders().filter(|order| order.state == State::Unroutable);
             let mut back: Vec<&Order> = lost.filter(|order| !self.is_out_of_reach(order)).collect();
             back.retain(|order| self.obstacle(&order.content).is_none());

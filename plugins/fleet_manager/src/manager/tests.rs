@@ -283,3 +283,22 @@ fn a_repaired_robot_goes_on_without_an_unroutable_order() {
     }
     assert!(withdrawn > 3, "breakdowns take orders away: {withdrawn}");
 }
+
+/// A person may drive a vehicle to where no way leads on, and back.
+#[test]
+fn orders_are_carried_out_when_a_robot_is_moved_back_to_where_it_can_reach_them() {
+    let points = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [-20.0, 0.0]];
+    let edges = [[0, 1], [1, 2], [2, 0], [0, 3]];
+    let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+    let load = "load: {seed: 1, groups: {in: [1], out: [2]}, generators: [\
+                {name: a, from: in, to: out, per_hour: 120, dwell: 1}]}";
+    let mut fleet = Managed::new(&world, 1, 1, load, PlannerKind::Lanes);
+    fleet.put(0, 3);
+    fleet.run(1_200, 0, 0);
+    let lost = fleet.manager.orders().figures(120.0).orders;
+    assert!(lost.unroutable > 0 && lost.finished == 0, "{lost:?}");
+    fleet.put(0, 2);
+    fleet.run(6_000, 0, 0);
+    let after = fleet.manager.orders().figures(720.0).orders;
+    assert!(after.unroutable == 0 && after.finished > lost.unroutable, "{after:?}");
+}

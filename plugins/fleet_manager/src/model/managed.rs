@@ -9,7 +9,7 @@ use super::body::{Body, Outlines};
 use super::{Random, Seen, TICK_SECS, places};
 use crate::manager::Manager;
 use crate::planner::PlannerKind;
-use crate::roads::Roads;
+use crate::roads::{Leg, Roads};
 use regatta_orders::{Load, OrderPool, Places};
 
 /// A fleet under a manager.
@@ -59,6 +59,12 @@ impl Managed {
     pub fn edges(&self) -> Vec<u32> {
         let seen = self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads));
         seen.map(|seen| seen.edge.map_or(u32::MAX, |edge| self.roads.edge(edge).id)).collect()
+    }
+
+    /// Puts a robot to the end of an edge, as a person may do that drives it.
+    pub fn put(&mut self, robot: usize, edge: u32) {
+        let leg = Leg::new(edge, false);
+        self.bodies[robot] = Body::new(&self.outlines, leg, self.roads.edge(edge).length);
     }
 
     /// Takes the robots with the highest ids away, and their rows of frames.

@@ -29,6 +29,14 @@ impl Steering {
         }
     }
 
+    /// Extends the base of a robot as soon as there is room, also if it has enough by its own
+    /// limits: it may brake more gently.
+    pub fn lengthen_base(&mut self, robot: u32) {
+        if let Some(state) = self.robot_mut(robot) {
+            state.wants_base = true;
+        }
+    }
+
     /// Whether a robot's base reaches the end of its route.
     fn is_base_whole(&self, robot: u32) -> bool {
         let is_done =
@@ -64,18 +72,18 @@ impl Steering {
         let Some(state) = &self.robots[robot as usize] else { return };
         let left = self.traffic().left(robot);
         // Most robots have enough at any speed: it isn't worth a look at their routes.
-        if left >= self.wanted(state, state.class.max_speed) {
+        if !state.wants_base && left >= self.wanted(state, state.class.max_speed) {
             return self.note(robot, &Extension::default());
         }
         let speed =
             state.horizon.front().map_or(state.speed, |&leg| self.roads.speed(&state.class, leg));
-        let wanted = self.wanted(state, speed);
-        if left >= wanted {
+        let lacking = self.wanted(state, speed) - left;
+        if !state.wants_base && lacking <= 0.0 {
             return self.note(robot, &Extension::default());
         }
         let is_on_roads = self.is_on_roads(robot);
         let may_enter = self.may_enter(robot);
-        let mut extension = self.traffic().extension(robot, wanted - left + CHUNK, may_enter);
+        let mut extension = self.traffic().extension(robot, lacking.max(0.0) + CHUNK, may_enter);
         if !extension.stretches.is_empty() {
             let Some(blocker) = self.grant(robot, &extension) else {
                 if !is_on_roads && self.is_on_roads(robot) {
@@ -133,7 +141,7 @@ impl Steering {
             return Some(blocker);
         }
         if let Some(state) = &mut self.robots[robot as usize] {
-            state.is_fresh = false;
+            (state.is_fresh, state.wants_base) = (false, false);
             state.blocked_by = None;
             state.unentered = None;
         }

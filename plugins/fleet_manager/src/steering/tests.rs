@@ -113,3 +113,27 @@ fn robots_drive_round_those_that_broke_down() {
         "{arrivals:?} arrivals of three robots in five minutes"
     );
 }
+
+/// A robot on long streets that drives in the middle of its base after so many ticks; it asks for
+/// a longer one, or not. Returns whether its base was extended in the next tick.
+fn is_extended(ticks: u32, asks: bool) -> bool {
+    let world = worlds::streets(SIDE, 20.0, false);
+    let lanes = |roads: &_| PlannerKind::Lanes.planner(roads, 1, None).0;
+    let starts = [(Leg::new(0, false), 1.0)];
+    let mut model = Model::new(&world, &starts, 1, Settings::default(), lanes);
+    model.run(ticks);
+    let before = model.steering.counts.grants;
+    if asks {
+        model.steering.lengthen_base(0);
+    }
+    model.run(1);
+    model.steering.counts.grants > before
+}
+
+#[test]
+fn the_base_of_a_robot_that_asks_for_it_is_extended_at_once() {
+    let resting: Vec<u32> = (20..60).filter(|ticks| !is_extended(*ticks, false)).collect();
+    let extended = resting.iter().filter(|ticks| is_extended(**ticks, true)).count();
+    // At the end of its route it has no more to get.
+    assert!(resting.len() > 20 && extended > resting.len() / 2, "{extended} of {resting:?}");
+}

@@ -137,6 +137,8 @@ pub struct Robot {
     pub planned: f64,
     /// When it was sent to its goal, in simulated seconds.
     pub(crate) sent: f64,
+    /// Whether it has asked for a longer base since its base was last extended.
+    pub(crate) wants_base: bool,
     /// Whether it is taken to drive in reverse gear if it is taken over on an edge.
     pub(crate) is_backing: bool,
     /// The leg at whose beginning it counts as standing, since it is on a node to which no edge
@@ -168,6 +170,7 @@ impl Robot {
             blocked_by: None,
             sent: now,
             is_fresh: true,
+            wants_base: false,
             is_backing: false,
             unentered: None,
             planned: now,
@@ -186,6 +189,7 @@ impl Robot {
     pub(crate) fn stop(&mut self, now: f64) {
         self.custody = Custody::Stopping { cancel_at: now, is_lost: self.is_lost() };
         self.route = RouteState::Needed;
+        self.wants_base = false;
         self.horizon.clear();
     }
 

@@ -1,5 +1,9 @@
 //! The headers of messages: versions, numbers, times, names.
 
+use std::collections::VecDeque;
+use std::hash::{Hash as _, Hasher as _};
+
+use rustc_hash::FxHasher;
 use serde_json::Value;
 
 use super::clock;
@@ -11,10 +15,16 @@ use crate::message::{Topic, Version};
 /// Seconds by which the time of a message may differ from the time when it came.
 const MOST_SKEW: f64 = 10.0;
 
+/// The messages of a topic among which one that comes again is recognised. A broker delivers those
+/// again that weren't acknowledged, and has at most 20 of them under way.
+const MOST_KNOWN: usize = 20;
+
 /// The last headers of a vehicle's topics.
 #[derive(Debug, Default)]
 pub(super) struct Headers {
     last: [Option<Last>; Subject::COUNT],
+    /// The digests of the last messages.
+    known: [VecDeque<u64>; Subject::COUNT],
     version: Option<Version>,
 }
 
@@ -45,6 +55,27 @@ fn text<'a>(content: &'a Value, field: &str) -> Option<&'a str> {
 }
 
 impl Headers {
+    /// Takes a message, and returns whether it came before and was delivered again, as a broker may
+    /// do: all of it is the same, with its number and its time. What a broker keeps comes again by
+    /// its nature.
+    pub fn is_delivered_again(&mut self, payload: &[u8], subject: Subject) -> bool {
+        if subject.is_kept() {
+            return false;
+        }
+        let mut hasher = FxHasher::default();
+        payload.hash(&mut hasher);
+        let digest = hasher.finish();
+        let known = &mut self.known[subject.index()];
+        if known.contains(&digest) {
+            return true;
+        }
+        if known.len() == MOST_KNOWN {
+            known.pop_front();
+        }
+        known.push_back(digest);
+        false
+    }
+
     /// Judges the header of a message.
     pub fn judge(
         &mut self,

@@ -24,6 +24,7 @@ pub struct Report {
 #[serde(rename_all = "camelCase")]
 struct Summary {
     messages: u64,
+    messages_delivered_again: u64,
     vehicles: usize,
     other_messages: u64,
     messages_left_out: u64,
@@ -74,6 +75,7 @@ impl Report {
         let tally = judge.tally();
         self.summary = Summary {
             messages: tally.judged,
+            messages_delivered_again: tally.repeated,
             vehicles: judge.vehicles(),
             other_messages: tally.others,
             messages_left_out: tally.left_out,
@@ -207,6 +209,10 @@ impl fmt::Display for Report {
             "messages {messages}, vehicles {vehicles}, errors {errors}, \
             warnings {warnings}"
         )?;
+        let again = self.summary.messages_delivered_again;
+        if again > 0 {
+            writeln!(f, "no breach: {again} messages were delivered again, unchanged")?;
+        }
         self.write_limits(f)
     }
 }

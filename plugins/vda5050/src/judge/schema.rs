@@ -6,6 +6,7 @@ use boon::{Compiler, ErrorKind, SchemaIndex, Schemas, ValidationError};
 use serde_json::Value;
 
 use super::finding::{Notes, quoted};
+use super::range;
 use super::rule::Rule;
 use super::seen::Subject;
 use crate::message::{Topic, Version};
@@ -75,12 +76,13 @@ impl Book {
         found.next().map(|row| row.2)
     }
 
-    /// Adds what a message has against the schema of its version.
+    /// Adds what a message has against the schema and the ranges of its version.
     pub fn judge(&self, content: &Value, notes: &mut Notes<'_>) {
         let Some(index) = self.index(notes.subject, notes.version) else { return };
         if let Err(error) = self.schemas.validate(content, index) {
             add_all(&error, notes);
         }
+        range::judge(content, notes);
     }
 }
 
@@ -94,17 +96,23 @@ fn add_all(error: &ValidationError<'_, '_>, notes: &mut Notes<'_>) {
     }
 }
 
-/// Whether a schema asks for what the text of its version has as optional: that of 2.0 wants a
-/// heading in the positions of `nodeStates`.
+/// Whether a schema contradicts the text of its version: that of 2.0 wants a heading in the
+/// positions of `nodeStates`, which is optional, and that of factsheets of 2.x wants a list of
+/// blocking types to be one of them.
 fn contradicts_text(error: &ValidationError<'_, '_>, version: Version) -> bool {
-    let is_heading = matches!(&error.kind, ErrorKind::Required { want } if *want == ["theta"]);
     let place = error.instance_location.to_string();
-    version == Version::V2_0 && is_heading && place.ends_with("/nodePosition")
+    match &error.kind {
+        ErrorKind::Required { want } => {
+            version == Version::V2_0 && *want == ["theta"] && place.ends_with("/nodePosition")
+        }
+        ErrorKind::Enum { .. } => version != Version::V3_0 && place.ends_with("/blockingTypes"),
+        _ => false,
+    }
 }
 
 fn add(error: &ValidationError<'_, '_>, notes: &mut Notes<'_>) {
-    let place = error.instance_location.to_string();
-    let place = if place.is_empty() { "the message".to_owned() } else { quoted(&place) };
+    let location = error.instance_location.to_string();
+    let place = if location.is_empty() { "the message".to_owned() } else { quoted(&location) };
     let (rule, text) = match &error.kind {
         ErrorKind::Required { want } => {
             (Rule::MissingField, format!("{place} has no field {}", want.join(", ")))
@@ -117,39 +125,16 @@ fn add(error: &ValidationError<'_, '_>, notes: &mut Notes<'_>) {
             let values: Vec<_> = want.iter().map(Value::to_string).collect();
             (Rule::UnknownValue, format!("{place} is none of {}", values.join(", ")))
         }
+        ErrorKind::Minimum { got, want } => {
+            return range::add(&location, got, &format!("at least {want}"), notes);
+        }
+        ErrorKind::Maximum { got, want } => {
+            return range::add(&location, got, &format!("at most {want}"), notes);
+        }
         kind => (Rule::Schema, format!("{place} isn't valid: {kind}")),
     };
     notes.add(rule, text);
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_official_schemas_are_compiled() {
-        assert_eq!(Book::new().indices.len(), TEXTS.len());
-    }
-
-    #[test]
-    fn a_node_state_of_2_0_needs_no_heading() {
-        let position = serde_json::json!({"x": 1, "y": 2, "mapId": "m"});
-        let state = serde_json::json!({"nodeStates": [{"nodePosition": position}]});
-        let mut findings = Vec::new();
-        Book::shared().judge(
-            &state,
-            &mut Notes {
-                findings: &mut findings,
-                vehicle: "v",
-                subject: Subject::Read(Topic::State),
-                version: Version::V2_0,
-                time: None,
-                number: 1,
-            },
-        );
-        let about_nodes: Vec<_> =
-            findings.iter().filter(|one| one.message.contains("nodeStates/0")).collect();
-        assert_eq!(about_nodes.len(), 1, "{findings:#?}");
-        assert!(!about_nodes[0].message.contains("theta"), "{findings:#?}");
-    }
-}
+mod tests;

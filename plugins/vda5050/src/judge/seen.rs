@@ -41,7 +41,7 @@ impl Subject {
     /// The number of topics.
     pub const COUNT: usize = 8;
 
-    fn of(name: &str) -> Option<Self> {
+    pub fn of(name: &str) -> Option<Self> {
         match name {
             "zoneSet" => Some(Self::ZoneSet),
             "responses" => Some(Self::Responses),

@@ -136,6 +136,15 @@ impl Roads {
         }
     }
 
+    /// The position of a place on a leg.
+    pub fn position(&self, leg: Leg, travelled: f64) -> [f64; 2] {
+        let metres = match leg.gear {
+            Gear::Forward => travelled,
+            Gear::Reverse => self.length(leg) - travelled,
+        };
+        self.paths[leg.edge.0 as usize].position(metres)
+    }
+
     /// The edges whose paths are within a distance of a position, in ascending order.
     pub fn edges_near(&self, position: [f64; 2], metres: f64) -> Vec<u32> {
         let paths = (0..).zip(&self.paths);
@@ -178,6 +187,17 @@ impl Path {
             metres.iter_mut().for_each(|metre| *metre *= length / sum);
         }
         Self { points, metres }
+    }
+
+    /// The position so many metres from the origin.
+    fn position(&self, metres: f64) -> [f64; 2] {
+        let Some(last) = self.points.len().checked_sub(1).filter(|last| *last > 0) else {
+            return self.points.first().copied().unwrap_or_default();
+        };
+        let line = self.metres.partition_point(|start| *start <= metres).clamp(1, last);
+        let (from, to) = (self.metres[line - 1], self.metres[line]);
+        let part = if to > from { ((metres - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
+        mix(self.points[line - 1], self.points[line], part)
     }
 
     fn nearest(&self, position: [f64; 2]) -> Nearest {
@@ -235,6 +255,12 @@ mod tests {
         assert!((found.travelled - 1.5).abs() < 1e-6 && (found.distance - 0.25).abs() < 1e-6);
         let back = roads.nearest_on(Leg { gear: Gear::Reverse, ..leg }, [101.5, 200.25]);
         assert!((back.travelled - 3.5).abs() < 1e-6, "{back:?}");
+        assert_eq!(roads.position(leg, 1.5), [101.5, 200.0]);
+        assert_eq!(roads.position(Leg { gear: Gear::Reverse, ..leg }, 1.5), [103.5, 200.0]);
+        assert_eq!(
+            (roads.position(leg, -1.0), roads.position(leg, 9.0)),
+            ([100.0, 200.0], [105.0, 200.0])
+        );
         assert_eq!(roads.edges_near([104.9, 200.0], 0.2), [0, 1]);
         assert_eq!(roads.stance(1), Some((leg, 5.0)), "at the end of the edge that leads there");
         assert_eq!(roads.stance(0), Some((leg, 0.0)), "no edge leads there");

@@ -125,6 +125,11 @@ impl Talk {
         self.told.is_some()
     }
 
+    /// Whether the vehicle has taken its base up to the leg with a number.
+    pub fn has_all(&self, base_end: u64) -> bool {
+        self.told.as_ref().is_some_and(|told| told.is_taken && told.part.base_end >= base_end)
+    }
+
     /// Whether the vehicle is to drop its order.
     pub fn is_cancelling(&self) -> bool {
         self.cancel.is_some()

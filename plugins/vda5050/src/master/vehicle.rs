@@ -6,7 +6,7 @@ mod row;
 mod watch;
 mod work;
 
-use regatta_plugin::event::{EventKind, EventRecord};
+use regatta_plugin::event::{BASE_WANTED, EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
 
 pub use row::Row;
@@ -230,10 +230,20 @@ impl Vehicle {
                 events.push(event(EventKind::ReachedNode, roads.node(node).number));
             });
         }
+        self.ask_for_base(&state, roads);
         let (position, velocity) = (state.mobile_robot_position.clone(), state.velocity);
         self.state = Some(state);
         self.take_position(position, velocity, roads, now);
         self.find_place(roads, limits);
+    }
+
+    /// Passes on that the vehicle wants a longer base, unless there is one that it hasn't taken yet.
+    fn ask_for_base(&mut self, state: &State, roads: &Roads) {
+        let Some(course) = &self.course else { return };
+        if state.new_base_request == Some(true) && self.talk.has_all(course.base_end(roads)) {
+            let wanted = event(EventKind::WaitingForRelease, 0);
+            self.events.push(EventRecord { detail: BASE_WANTED, ..wanted });
+        }
     }
 
     /// Takes news from a vehicle that tells a last node; the layout may not have that node.

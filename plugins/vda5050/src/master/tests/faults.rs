@@ -134,6 +134,30 @@ fn others_keep_away_from_a_vehicle_that_a_person_drives_until_it_is_given_back()
     assert!(is_within, "{position:?}");
 }
 
+/// A vehicle that a person drove along its way isn't off it, and its next order begins elsewhere
+/// all the same.
+#[test]
+fn a_vehicle_that_a_person_drove_along_its_base_continues_from_there() {
+    for (node, metres, edge) in [("N3", 10.0, 1), ("N4", 15.0, 2)] {
+        let mut trial = Trial::new(6);
+        trial.route(&[11, 12, 13], 0).release(13);
+        let order = trial.order();
+        trial.take(&order);
+        let place = json!({"lastNodeId": "N2", "lastNodeSequenceId": 2,
+            "agvPosition": Trial::at(5.0)});
+        trial.tell(place);
+        trial.tell(json!({"operatingMode": "MANUAL", "orderId": "", "lastNodeSequenceId": 0,
+            "nodeStates": []}));
+        assert_eq!(trial.place(), (0, 5.0), "it has its place until it is given back");
+        trial.tell(json!({"lastNodeId": node, "agvPosition": Trial::at(metres)}));
+        trial.tell(json!({"operatingMode": "AUTOMATIC"}));
+        assert_eq!((trial.place(), trial.vehicle.loose_at()), ((edge, 5.0), None));
+        let next = trial.route(&[edge + 11], 1).order();
+        let ids: Vec<_> = next.nodes.iter().map(|node| node.node_id.as_str()).collect();
+        assert_eq!(ids[0], node, "{ids:?}");
+    }
+}
+
 #[test]
 fn a_vehicle_that_was_to_stop_when_a_person_took_it_is_given_back() {
     // Its order is gone, or it still has it.

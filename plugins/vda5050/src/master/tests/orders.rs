@@ -1,5 +1,6 @@
 //! Messages to a vehicle: orders, updates, actions.
 
+use regatta_plugin::event::BASE_WANTED;
 use regatta_plugin::order::StopAction;
 
 use super::*;
@@ -189,4 +190,26 @@ fn actions_have_the_parameters_of_the_command_line() {
     let action = &order.nodes[0].actions[0];
     assert_eq!((action.text("loadType"), action.number("height")), (Some("EPAL"), Some(0.5)));
     assert!("pick=1".parse::<Parameter>().is_err());
+}
+
+/// It is no wish any more while it hasn't taken all that it was given.
+#[test]
+fn a_vehicle_that_asks_for_a_longer_base_is_heard() {
+    let asks = |trial: &mut Trial, changes: Value| {
+        trial.tell(changes).vehicle.take_events().iter().any(|event| {
+            event.kind() == Some(EventKind::WaitingForRelease) && event.detail == BASE_WANTED
+        })
+    };
+    let mut trial = Trial::new(5);
+    trial.route(&[11, 12, 13], 0).release(10);
+    let order = trial.order();
+    assert!(!asks(&mut trial, json!({"newBaseRequest": true})), "it hasn't taken the order");
+    trial.take(&order);
+    assert!(asks(&mut trial, json!({"driving": true})));
+    trial.release(11);
+    assert!(!asks(&mut trial, json!({})), "a longer base is on its way");
+    let update = trial.order();
+    trial.take(&update);
+    assert!(asks(&mut trial, json!({})), "it still comes to the end of its base");
+    assert!(!asks(&mut trial, json!({"newBaseRequest": false})));
 }

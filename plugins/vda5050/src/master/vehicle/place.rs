@@ -60,8 +60,17 @@ impl Vehicle {
             return self.course.is_none();
         };
         let (leg, travelled) = course.place();
-        let found = roads.nearest_on(leg, [position.x, position.y]).travelled;
-        !self.talk.has_order() && (found - travelled).abs() > AT_NODE.max(limits.tolerance)
+        let (position, near) = ([position.x, position.y], AT_NODE.max(limits.tolerance));
+        // A person may have driven it along its way: then it isn't astray.
+        let is_apart = distance(roads.position(leg, travelled), position) > near;
+        let is_past = !course.is_at_end(roads) && self.names(roads.end(leg), roads);
+        !self.talk.has_order() && (is_apart || is_past)
+    }
+
+    /// Whether the vehicle tells that a node is its last one.
+    fn names(&self, node: u32, roads: &Roads) -> bool {
+        let named = self.state.as_ref().and_then(|it| roads.map().find_node(&it.last_node_id));
+        named == Some(node)
     }
 
     /// The leg on which the vehicle is, and the metres from its start.

@@ -3,8 +3,16 @@
 use serde_json::json;
 
 use super::{Fault, V2_0, V2_1, V3_0};
+use crate::judge::tests::conversation::Conversation;
 use crate::judge::{Delivery, Rule};
 use crate::message::Version;
+
+/// Sets a number of a state, by the fields that lead to it.
+fn state_with(talk: &mut Conversation, path: &[&str], number: f64) {
+    let state = talk.at("state", 11);
+    let field = path.iter().fold(state, |value, name| &mut value[*name]);
+    *field = if number.fract() == 0.0 { json!(number as i64) } else { json!(number) };
+}
 
 pub(super) const FAULTS: &[Fault] = &[
     (Rule::Topic, V2_1, |talk| {
@@ -26,7 +34,44 @@ pub(super) const FAULTS: &[Fault] = &[
     }),
     (Rule::FieldType, V2_1, |talk| talk.at("state", 11)["driving"] = "no".into()),
     (Rule::UnknownValue, V3_0, |talk| talk.at("state", 11)["operatingMode"] = "AUTO".into()),
-    (Rule::Schema, V2_1, |talk| talk.at("state", 11)["batteryState"]["batteryHealth"] = 101.into()),
+    (Rule::ValueRange, V2_1, |talk| state_with(talk, &["batteryState", "batteryHealth"], 101.0)),
+    (Rule::ValueRange, V2_0, |talk| state_with(talk, &["batteryState", "batteryCharge"], 180.0)),
+    (Rule::ValueRange, V2_1, |talk| state_with(talk, &["batteryState", "batteryCharge"], -1.0)),
+    (Rule::ValueRange, V3_0, |talk| state_with(talk, &["powerSupply", "stateOfCharge"], 100.5)),
+    (Rule::ValueRange, V2_1, |talk| state_with(talk, &["batteryState", "reach"], -3.0)),
+    (Rule::ValueRange, V2_0, |talk| state_with(talk, &["agvPosition", "theta"], 4.7)),
+    (Rule::ValueRange, V2_1, |talk| state_with(talk, &["agvPosition", "theta"], -3.2)),
+    (Rule::ValueRange, V3_0, |talk| state_with(talk, &["mobileRobotPosition", "theta"], 3.2)),
+    (Rule::ValueRange, V2_1, |talk| state_with(talk, &["agvPosition", "localizationScore"], 1.1)),
+    (Rule::ValueRange, V2_1, |talk| state_with(talk, &["distanceSinceLastNode"], -0.1)),
+    (Rule::ValueRange, V2_1, |talk| {
+        talk.at("visualization", 0)["agvPosition"]["theta"] = 9.into();
+    }),
+    (Rule::ValueRange, V2_1, |talk| talk.at("order", 0)["edges"][1]["maxSpeed"] = (-1).into()),
+    (Rule::ValueRange, V3_0, |talk| talk.at("order", 0)["edges"][1]["maximumSpeed"] = (-1).into()),
+    (Rule::ValueRange, V2_1, |talk| {
+        talk.at("order", 0)["nodes"][1]["nodePosition"]["theta"] = 4.into();
+    }),
+    (Rule::ValueRange, V2_1, |talk| {
+        talk.at("order", 0)["nodes"][1]["nodePosition"]["allowedDeviationTheta"] = (-1).into();
+    }),
+    (Rule::ValueRange, V2_1, |talk| {
+        talk.at("factsheet", 0)["physicalParameters"]["speedMax"] = (-2).into();
+    }),
+    (Rule::ValueRange, V3_0, |talk| {
+        talk.at("factsheet", 0)["physicalParameters"]["maximumSpeed"] = (-2).into();
+    }),
+    (Rule::Schema, V3_0, |talk| {
+        let vertices = json!([{"x": 0, "y": 0}, {"x": 1, "y": 0}]);
+        let zones = json!([{"zoneId": "z", "zoneType": "BLOCKED", "vertices": vertices}]);
+        let mut sent = talk.sent("order", 0).clone();
+        sent.topic = sent.topic.replace("order", "zoneSet");
+        for field in ["orderId", "orderUpdateId", "nodes", "edges"] {
+            sent.content.as_object_mut().expect("an object").remove(field);
+        }
+        sent.content["zoneSet"] = json!({"mapId": "m", "zoneSetId": "s", "zones": zones});
+        talk.messages.push(sent);
+    }),
     (Rule::VersionUnknown, V2_0, |talk| talk.at("state", 2)["version"] = "2.0".into()),
     (Rule::VersionOfTopic, V2_1, |talk| {
         for sent in &mut talk.messages {
