@@ -456,13 +456,13 @@ fn an_order_that_waits_for_a_storage_place_does_not_wait_for_a_robot() {
     let blocked = OrderRecord { detail: obstacle, ..OrderRecord::new(5, OrderKind::Unroutable) };
     let mut log = transport()[..3].to_vec();
     log.push((2, blocked));
-    assert_eq!(judged_log(&log, 0, 700), [(Unserved, 1)]);
+    assert_eq!(judged_log(&log, 0, 700), [(Kind::Unserved, 1)]);
     log.push((20, OrderRecord::new(5, OrderKind::Reopened)));
-    assert_eq!(judged_log(&log, 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
+    assert_eq!(judged_log(&log, 0, 700), [(Kind::Unserved, 1), (Kind::Idle, 1)]);
     log.push((21, OrderRecord::new(5, OrderKind::Assigned).of_robot(0)));
     log.push((22, OrderRecord::new(5, OrderKind::Withdrawn).of_robot(0)));
     log.push((23, blocked));
-    assert_eq!(judged_log(&log, 0, 700), [(Unserved, 1)]);
+    assert_eq!(judged_log(&log, 0, 700), [(Kind::Unserved, 1)]);
 }
 
 #[test]
