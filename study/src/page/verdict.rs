@@ -130,7 +130,7 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     }
     let throughput = format!("{carries} {} orders an hour", with_interval(&knee.orders_per_hour));
     let mut text = match knee.is_open {
-        true => of_open_end(variant, &count, &throughput, knee.robots),
+        true => of_open_end(variant, &count, &throughput, knee),
         false => format!("{count}, which {throughput}."),
     };
     text.extend(larger(answer, variant, knee));
@@ -330,7 +330,7 @@ pub(super) fn numbers(variant: &VariantAnswer) -> Option<Block> {
     rows.extend(number(
         variant,
         *most,
-        "the most of all numbers that were tried and count".to_owned(),
+        "the number that carries the most, of those that were tried".to_owned(),
     ));
     (rows.len() > 1).then_some(Block::Table(rows))
 }
@@ -363,7 +363,14 @@ fn is_less(point: &PointAnswer, knee: &KneeAnswer) -> bool {
 }
 
 /// The answer if the largest number of robots carries the most.
-fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
+fn of_open_end(
+    variant: &VariantAnswer,
+    count: &str,
+    throughput: &str,
+    knee: &KneeAnswer,
+) -> String {
+    let robots = knee.robots;
+    let orders = with_interval(&knee.orders_per_hour);
     let without_room = variant.no_room.iter().find(|no_room| no_room.robots > robots);
     let failed = variant.failed.iter().find(|(more, _)| *more > robots);
     match (without_room, failed) {
@@ -382,8 +389,8 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
             format!("{count} {throughput}. All runs with other numbers of robots failed.")
         }
         _ => format!(
-            "at least {count}: no larger number was tried, and of those that were, {count} \
-             {throughput}, the most."
+            "at least {count}: the largest number tried, and the one that carries the most, {orders} \
+             orders an hour."
         ),
     }
 }
