@@ -195,7 +195,7 @@ fn with_fewer_orders(point: &PointAnswer, knee: &KneeAnswer) -> Option<String> {
     let count = robots_in_words(point.robots);
     let orders = point.orders_per_hour?;
     let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
-    let waits = format!("robots wait in traffic {waiting:.0} % of their time");
+    let waits = format!("robots wait {waiting:.0} % of their time");
     let some = orders_in_words(point)?;
     Some(match (orders.is_known() || orders.mean == 0.0) && !has_too_few(point) {
         true if is_less(point, knee) => {
