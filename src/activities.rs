@@ -24,13 +24,20 @@ pub struct Activities {
 pub struct RobotCounts([u32; Activity::COUNT]);
 
 impl Activities {
-    /// Joins a fleet.
+    /// Joins a fleet for a status.
+    ///
+    /// # Errors
+    /// As [`join_as`](Self::join_as).
+    pub fn join(fleet: &FleetName) -> Result<Self, Failure> {
+        Self::join_as(fleet, &format!("status-{}", std::process::id()))
+    }
+
+    /// Joins a fleet under the name that its lists of processes show.
     ///
     /// # Errors
     /// If shared memory can't be used, or the fleet uses another version of the contract.
-    pub fn join(fleet: &FleetName) -> Result<Self, Failure> {
-        let name = format!("status-{}-activities", std::process::id());
-        let participant = Participant::join(fleet, &name)?;
+    pub fn join_as(fleet: &FleetName, name: &str) -> Result<Self, Failure> {
+        let participant = Participant::join(fleet, name)?;
         Ok(Self { column: ColumnReader::open_on(&participant, ACTIVITY.name())? })
     }
 

@@ -1,6 +1,5 @@
-//! The arguments of the command line, and log output.
+//! The arguments of the command line.
 
-use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -10,8 +9,6 @@ use clap_complete::Shell;
 use regatta_plugin::producer::Speed;
 use regatta_plugin::usage_line;
 use regatta_scenario::RobotCount;
-use tracing_subscriber::filter::{LevelFilter, Targets};
-use tracing_subscriber::prelude::*;
 
 use crate::arguments::Time;
 use crate::control::Target;
@@ -195,30 +192,17 @@ impl Default for Command {
     }
 }
 
-/// Writes log messages to standard error: warnings, and one more level for each `-v`.
-pub fn start_logging(verbose: u8) {
-    let level = match verbose {
-        0 => tracing::Level::WARN,
-        1 => tracing::Level::INFO,
-        _ => tracing::Level::DEBUG,
-    };
-    // Colours are for people: a file or another program would read their escape codes.
-    let is_coloured = std::io::stderr().is_terminal()
-        && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-    let lines = tracing_subscriber::fmt::layer()
-        .with_ansi(is_coloured)
-        .with_target(false)
-        .without_time()
-        .with_writer(std::io::stderr);
-    let mut filter = Targets::new().with_default(level);
-    if verbose == 0 {
-        // zenoh warns of what is an error of ours as well, and of settings that are meant so.
-        filter = filter.with_target("zenoh", LevelFilter::OFF);
+impl Command {
+    /// The name before the messages of a command.
+    pub fn speaker(&self) -> &str {
+        match self {
+            Self::Plugin(args) => args.name_and_args.first().map_or("regatta", String::as_str),
+            Self::Engine(_) => "engine",
+            #[cfg(feature = "viewer")]
+            Self::Viewer(_) => "viewer",
+            _ => "regatta",
+        }
     }
-    let subscriber = tracing_subscriber::registry().with(lines).with(filter);
-    // With the feature `zenoh`, `init` would also print what other crates log by the crate `log`.
-    // This is the only subscriber.
-    let _ = tracing::subscriber::set_global_default(subscriber);
 }
 
 /// Prints the requested help or version, or the error of the arguments in one line.

@@ -6,15 +6,16 @@ mod traffic;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Args, Subcommand};
 use regatta_layout::generate::{Grid, Warehouse};
 use regatta_layout::model::info::Info;
-use regatta_layout::traffic::Certificate;
+use regatta_layout::traffic::{Certificate, RobotType};
 use regatta_layout::{
     FileText, Format, GraphError, ReadOptions, RouteGraph, WRITTEN_FORMATS, draw,
 };
-use regatta_scenario::is_scenario;
+use regatta_scenario::{Overrides, Scenario, is_scenario};
 
 use self::traffic::TrafficArgs;
 use crate::arguments::{LayoutArgs, one_of};
@@ -54,7 +55,7 @@ pub enum GraphCommand {
         #[command(subcommand)]
         generator: Generator,
     },
-    /// Draw a map as SVG or PNG
+    /// Draw a map of a layout, or of a scenario's, as SVG or PNG
     Draw {
         /// SVG or PNG file to write; - for SVG on standard output
         #[arg(short, long, value_name = "FILE")]
@@ -223,15 +224,37 @@ fn draw(
     };
     output.check(force)?;
     let progress = Progress::start(format!("reading {}", file.name()), 0);
-    let graph = file.read()?;
+    let (graph, robot) = read_with_robot(file, traffic)?;
     progress.set_current("drawing");
-    let map = match traffic.robot_on(&graph, &file.options())? {
+    let map = match robot {
         None => draw::svg(&graph),
         Some(robot) => draw::svg_with_traffic(&graph, &Certificate::new(&graph, &robot)),
     };
     match png {
         None => output.write(&map, force),
         Some(path) => write_file(path, &regatta_record::png(&map)?, force),
+    }
+}
+
+/// Reads a layout, or that of a scenario, and the robot that a certificate of it is wanted for, if
+/// one is: of a scenario, that with the largest footprint.
+fn read_with_robot(
+    file: &FileArgs,
+    traffic: &TrafficArgs,
+) -> Result<(Arc<RouteGraph>, Option<RobotType>), Failure> {
+    let (text, name) = (file.text()?, file.name());
+    match regatta_layout::parse(&text, &name, &file.options()) {
+        Ok((graph, _)) => {
+            let robot = traffic.robot_on(&graph, &file.options())?;
+            Ok((Arc::new(graph), robot))
+        }
+        Err(_) if is_scenario(&text) => {
+            let overrides = Overrides { layout: file.options(), ..Overrides::default() };
+            let scenario = Scenario::from_text(&text, Path::new(&name), &overrides)?;
+            let robot = traffic.robots_of(&scenario)?.into_iter().next();
+            Ok((scenario.graph, robot.map(|named| named.robot)))
+        }
+        Err(error) => Err(error.into()),
     }
 }
 

@@ -12,6 +12,7 @@ mod engine;
 mod facilities;
 mod fleets;
 mod graph;
+mod log_lines;
 mod new;
 mod orders;
 mod plugin;
@@ -46,7 +47,8 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return cli::print_usage(&error),
     };
-    cli::start_logging(cli.verbose);
+    let name = cli.command.as_ref().map_or("regatta", Command::speaker);
+    log_lines::start(name.to_owned(), cli.verbose);
     let verbose = cli.verbose > 0;
     match std::panic::catch_unwind(|| dispatch(cli)) {
         Ok(Ok(code)) => code,

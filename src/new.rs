@@ -130,9 +130,14 @@ fn stations(graph: &RouteGraph) -> usize {
 fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
     let words = std::iter::once(name.to_owned()).chain(layout.to_args());
     let plant = words.map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
-    let (fleet, load) = match MainPart::of(graph) {
-        Some(_) => ("a fleet that carries made-up orders", "the number of robots and the load"),
-        None => ("robots on random routes, without a manager", "and the number of robots"),
+    let (fleet, load, stops) = match MainPart::of(graph) {
+        Some(_) => (
+            "a fleet that carries made-up orders",
+            "the number of robots and the load",
+            "Robots spend 5 to 15 s at each stop, by `dwell` of the load. `regatta study` of the \
+             layout alone assumes\nno time at stops; give it `scenario.yaml`, or `--vary dwell=10`.\n",
+        ),
+        None => ("robots on random routes, without a manager", "and the number of robots", ""),
     };
     format!(
         "# {name}\n\n\
@@ -144,7 +149,7 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
          $ regatta graph draw {plant} -o map.svg\n\
          ```\n\n\
          `scenario.yaml` has the robot types (size, speed, acceleration, rotation), {load}:\n\
-         change them to those of your plant.\n{}",
+         change them to those of your plant.\n{stops}{}",
         counts(graph),
         allowed(graph, &layout.options())
     )

@@ -2,6 +2,7 @@
 //! manager, through its web API.
 
 mod check;
+mod list;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,13 +14,12 @@ use serde_json::{Value, json};
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
-use crate::output::show;
 
 #[derive(Subcommand)]
 pub enum OrdersCommand {
     /// List orders: their states, robots and stops.
     List {
-        /// List only orders in this state: open, created, waiting, travelling, handling, finished …
+        /// List only orders in this state: open, created, waiting, fetching, carrying, handling, finished …
         #[arg(long)]
         state: Option<String>,
         /// Print JSON.
@@ -94,7 +94,7 @@ impl Manager {
 pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
     match command {
         OrdersCommand::List { state, json, manager } => {
-            list(&manager.client()?, state.as_deref(), json)?
+            list::run(&manager.client()?, state.as_deref(), json)?
         }
         OrdersCommand::Show { name, manager } => {
             println!("{:#}", manager.client()?.get(&Client::order_path(&name))?);
@@ -108,52 +108,6 @@ pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
         OrdersCommand::Import { file, manager } => import(&manager.client()?, read_orders(&file)?)?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The number of orders that are requested at once: there may be millions.
-const PAGE: usize = 1_000;
-
-fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failure> {
-    let state = match state {
-        Some(state) if !state.chars().all(|c| c.is_ascii_alphabetic()) => {
-            return Err(format!("invalid state '{}'", state.escape_debug()).into());
-        }
-        Some(state) => format!("&state={state}"),
-        None => String::new(),
-    };
-    if !as_json {
-        println!("{:<24} {:<11} {:>6} {:>8}  stops", "name", "state", "robot", "priority");
-    }
-    let (mut all, mut after) = (Vec::new(), String::new());
-    loop {
-        let answer = client.get(&format!("/v1/transportOrders?limit={PAGE}{state}{after}"))?;
-        let page = answer.as_array().map_or(&[][..], Vec::as_slice);
-        if as_json {
-            all.extend_from_slice(page);
-        } else {
-            for order in page {
-                show(line(order) + "\n");
-            }
-        }
-        match page.last().and_then(|order| order["name"].as_str()) {
-            Some(name) if page.len() == PAGE => after = format!("&after={}", Client::escaped(name)),
-            _ => break,
-        }
-    }
-    if as_json {
-        println!("{}", Value::Array(all));
-    }
-    Ok(())
-}
-
-/// Formats an order in one line.
-fn line(order: &Value) -> String {
-    let stops = order["destinations"].as_array().into_iter().flatten();
-    let stops: Vec<_> = stops.filter_map(|stop| stop["locationName"].as_str()).collect();
-    let [name, state, robot] =
-        ["name", "state", "processingVehicle"].map(|key| order[key].as_str().unwrap_or("-"));
-    let (priority, stops) = (&order["priority"], stops.join(" → "));
-    format!("{name:<24} {state:<11} {robot:>6} {priority:>8}  {stops}")
 }
 
 fn cancel(client: &Client, name: &str, immediate: bool) -> Result<(), Failure> {

@@ -391,7 +391,7 @@ fn watch(
     let started = Instant::now();
     let limit = args.time_limit.map(|Time(limit)| limit);
     let mut control = Control::open(&args.options.fleet)?;
-    let mut activities = Activities::join(&args.options.fleet)?;
+    let mut activities = Activities::join_as(&args.options.fleet, "run")?;
     let mut answered = false;
     let mut next_line = started;
     let mut success = true;

@@ -25,7 +25,7 @@ const MOST_NAMED: usize = 3;
 pub struct TrustArgs {
     /// Start the programs that the file names, and let plugins use its files and addresses, without
     /// asking
-    #[arg(long)]
+    #[arg(long, help_heading = "Processes")]
     pub trust: bool,
 }
 

@@ -14,6 +14,7 @@ use crate::supervisor::Supervisor;
 
 /// Runs `regatta viewer`.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    options.check().map_err(plugin_failure)?;
     let Some(file) = &options.recording else {
         return regatta_viewer::run(options).map_err(plugin_failure);
     };

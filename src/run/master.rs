@@ -25,6 +25,9 @@ pub struct MasterArgs {
     /// Scenario or layout file of the plant.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
+    /// Options of the fleet manager (see regatta plugin fleet-manager --help).
+    #[arg(last = true, value_name = "OPTIONS")]
+    manager: Vec<String>,
     #[command(flatten)]
     vehicles: VehiclesOptions,
     /// Carry the made-up orders that a layout gets without a scenario.
@@ -42,9 +45,6 @@ pub struct MasterArgs {
     /// Print JSON: a line about the fleet, then its status once per second.
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Options of the fleet manager (see regatta plugin fleet-manager --help).
-    #[arg(last = true, value_name = "OPTIONS")]
-    manager: Vec<String>,
 }
 
 /// The vehicles of a run, in the place of an engine.

@@ -30,7 +30,7 @@ impl Terminal {
     pub fn new(termination: Termination) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(0);
-            let template = "{spinner} [{bar:24}] {msg}, {elapsed}";
+            let template = "{spinner} [{bar:24}] {msg}, {elapsed} so far";
             let style = ProgressStyle::with_template(template);
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar.enable_steady_tick(Duration::from_millis(200));

@@ -11,6 +11,7 @@ mod hint;
 mod least;
 mod master;
 mod method;
+mod part;
 mod peaks;
 mod plan;
 mod reliefs;

@@ -40,6 +40,8 @@ fn an_error_is_one_line_that_names_the_mistake() {
     assert!(error_line(&["plugin", "hello", "--after", "a/b"]).contains("'/' in the name"));
     assert!(error_line(&["plugin", "hello", "--after", "two words"]).contains("' ' in the name"));
     assert!(error_line(&["graph"]).contains("check"));
+    let at = error_line(&["viewer", "run.mcap", "--at", "120s"]);
+    assert!(at.contains("give --headless with --screenshot, or --svg"), "{at}");
     assert!(
         error_line(&["viewer", "--headless", "--record", "film.mp4", "--for", "0s"])
             .contains("above 0")
@@ -51,7 +53,7 @@ fn messages_in_a_file_have_no_escape_codes() {
     // Without a display, the viewer logs why it can't open a window.
     let output = regatta().args(["viewer", "-v"]).output().expect("regatta starts");
     let text = String::from_utf8_lossy(&output.stderr);
-    assert!(text.contains("INFO"), "{text}");
+    assert!(text.contains("viewer: info: "), "{text}");
     assert!(!text.contains('\u{1b}'), "{text:?}");
 }
 

@@ -230,6 +230,12 @@ fn a_scenario_is_recognised_and_checked() {
     assert!(unknown.contains("scenario.yaml:3: `nowhere` is neither a group"), "{unknown}");
     assert!(unknown.contains("a scenario that can't be run; 1 error"), "{unknown}");
 
+    check("graph: square.yaml\nrobots: [{node: 1}]\n");
+    let of_scenario = regatta_graph(&["draw", "-o", "-"], Some(&file));
+    assert!(of_scenario.status.success(), "{}", text(&of_scenario.stderr));
+    let of_layout = regatta_graph(&["draw", "-o", "-"], Some(&folder.path().join("square.yaml")));
+    assert_eq!(text(&of_scenario.stdout), text(&of_layout.stdout));
+
     let message = text(&regatta_graph(&["info"], Some(&file)).stderr);
     assert!(message.contains("this is a scenario") && message.lines().count() == 1, "{message}");
 }
@@ -599,5 +605,6 @@ fn the_readme_of_a_new_folder_says_what_its_scenario_does() {
         let readme = folder.path().join(name).join("README.md");
         let readme = std::fs::read_to_string(readme).expect("a README");
         assert!(readme.contains(fleet), "{readme}");
+        assert_eq!(readme.contains("5 to 15 s"), name == "two-way", "{readme}");
     }
 }

@@ -109,7 +109,7 @@ fn targets_that_no_fleet_meets_have_a_closest_fleet() {
     assert_eq!(least["robots"], Value::Null);
     let said = text(&output.stdout);
     assert!(
-        said.starts_with("none of the numbers that were tried, up to 8 robots, meets"),
+        said.starts_with("None of the numbers that were tried, up to 8 robots, meets"),
         "{said}"
     );
     assert!(said.contains("p50 service is") && said.contains("'p50 service < 200 s'"), "{said}");

@@ -39,6 +39,11 @@ use regatta_orders::{InTurn, OrderPool, OrderSettings, Places, StorageFill};
 /// Makes a planner for the roads of a world.
 type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
 
+/// The groups of options in the help.
+const PLANNING: &str = "Planning";
+const WEB: &str = "Web API";
+const OUTPUT: &str = "Output";
+
 /// The command line of `regatta plugin fleet-manager`.
 #[derive(Clone, Debug, Parser)]
 #[command(about = "Carry out transport orders, with robots that never touch each other")]
@@ -48,19 +53,19 @@ pub struct Cli {
     pub orders: OrderSettings,
     /// Keep the computed roads of large worlds in this folder, so that the next start is faster
     /// [default: the user's cache folder]
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", help_heading = PLANNING)]
     pub cache: Option<PathBuf>,
     /// Compute the roads of large worlds at each start
-    #[arg(long, conflicts_with = "cache")]
+    #[arg(long, conflicts_with = "cache", help_heading = PLANNING)]
     pub no_cache: bool,
     /// Planner that chooses the routes of robots
-    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t, help_heading = PLANNING)]
     pub planner: PlannerKind,
     /// Release only whole edges, for robots that stop only at nodes
-    #[arg(long)]
+    #[arg(long, help_heading = PLANNING)]
     pub whole_edges: bool,
     /// Seconds from a frame until a command that answers it takes effect
-    #[arg(long, value_name = "SECONDS", value_parser = latency)]
+    #[arg(long, value_name = "SECONDS", value_parser = latency, help_heading = PLANNING)]
     pub latency: Option<f32>,
     /// Let robots drive through each other: an upper bound for any fleet manager
     #[arg(long, hide = true)]
@@ -70,13 +75,13 @@ pub struct Cli {
     #[arg(long, hide = true)]
     pub in_turn: bool,
     /// Serve no orders over HTTP, not even at a Unix socket of this user
-    #[arg(long, conflicts_with = "http")]
+    #[arg(long, conflicts_with = "http", help_heading = WEB)]
     pub no_http: bool,
     /// At the end, write the figures to this file as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub json: Option<PathBuf>,
     /// At the end, print the figures
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub summary: bool,
     /// Options of every plugin.
     #[command(flatten)]

@@ -13,3 +13,4 @@ pub use meter::Figures;
 #[cfg(feature = "shared-memory")]
 pub use plugin::run_from;
 pub use plugin::{Cli, Metering, plugin};
+pub use regatta_plugin::activity::{Activity, Ground};

@@ -7,6 +7,7 @@ A robot drives an edge only while it alone holds that edge and all edges that co
 """
 
 import random
+import sys
 from collections import deque
 
 import numpy as np
@@ -15,7 +16,10 @@ import regatta
 
 options = regatta.parser(__doc__).parse_args()
 fleet = regatta.join(options.fleet, options.name)
-fleet.own()  # fails if another manager moves the robots
+try:
+    fleet.own()
+except regatta.OwnedError as error:  # another manager moves the robots
+    sys.exit(f"own_manager: {error}")
 
 
 def near_edges(world: regatta.World, apart: float) -> list[list[int]]:

@@ -59,6 +59,9 @@ class Commands(Open):
         commands.release(7, 13, metres=2.5)
         commands.send()
 
+    Nothing is sent before :meth:`send`. Commands that send robots along routes (``assign``, ``extend``, ``release``,
+    ``cancel``) raise :class:`OwnedError <regatta.OwnedError>` at once if another program owns the movement of the robots.
+
     Each command gets a token, which the events that answer it carry. Programs with different names get different tokens.
     For a list or an array of robots, each robot gets a command of its own, and the tokens are an array.
     """
@@ -288,6 +291,7 @@ class Commands(Open):
 
     def _route(self, kind: CommandKind, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
         robots, given = numbers(robot, "robot"), cast(Any, legs)
+        check_owner(self._fleet)
         if isinstance(robots, int):
             return self._push_route(kind, robots, _parsed(given))
         routes = [_parsed(route) for route in given]
@@ -306,6 +310,8 @@ class Commands(Open):
         return token
 
     def _push(self, kind: CommandKind, **fields: float | npt.NDArray[Any]) -> int | TokenArray:
+        if kind in MOVEMENT:
+            check_owner(self._fleet)
         shapes = [values.shape for values in fields.values() if isinstance(values, np.ndarray)]
         if not shapes:
             token = self._fleet._tokens.next()

@@ -253,10 +253,14 @@ class Fleet(Closes):
             return reader.first()
         return self._columns[name].newest()
 
-    def _activities(self, header: FrameHeader) -> ColumnValues | None:
-        """Returns the newest activities of robots that a fleet manager has published in a frame's run."""
-        values = None if self._closed else self._column_values("activity")
-        return values if values is not None and values.run_id == header.run_id else None
+    def _published_columns(self, header: FrameHeader, names: Iterable[str]) -> dict[str, ColumnValues]:
+        """Returns the newest values of those columns that processes have published in a frame's run."""
+        columns = dict[str, ColumnValues]()
+        for name in names if not self._closed else ():
+            values = self._column_values(name)
+            if values is not None and values.run_id == header.run_id:
+                columns[name] = values
+        return columns
 
     def _keep_world(self) -> None:
         """Takes the newest world, for the frames that outlive this fleet."""

@@ -12,7 +12,7 @@ from regatta._contract import BYTES_PER_LINE, WORDS_PER_LINE, FrameHeader
 from regatta._enums import ClockState
 from regatta._errors import ReadError
 from regatta._ports import Bytes, Sample
-from regatta._table import package, rows_of, to_html, to_pandas, to_polars
+from regatta._table import PUBLISHED, package, rows_of, to_html, to_pandas, to_polars
 
 if TYPE_CHECKING:
     import pandas
@@ -63,7 +63,7 @@ class Frame:
     ``frame.x.copy()``. A frame that a program or a notebook has shown (by its ``repr``) is a copy from then on.
     """
 
-    __slots__ = ("_activity", "_fleet", "_keeps_activity", "_payload", "_words", "_world", "header", "missed")
+    __slots__ = ("_fleet", "_payload", "_published", "_words", "_world", "header", "missed")
 
     def __init__(self, sample: Sample[FrameHeader], fleet: Fleet) -> None:
         self.header = sample.header
@@ -80,8 +80,7 @@ class Frame:
         self._fleet = fleet
         self._refer_to(sample.payload[: lines * BYTES_PER_LINE])
         self._world: World | None = None
-        self._activity: ColumnValues | None = None
-        self._keeps_activity = False
+        self._published: dict[str, ColumnValues] | None = None
 
     def __len__(self) -> int:
         """Returns the number of rows: robot ids are ``0 .. len(frame) - 1``."""
@@ -95,7 +94,7 @@ class Frame:
         copy._refer_to(self._payload.copy())
         # A later world may have replaced this frame's when the copy is asked for it.
         copy._world = self._world = self._world or self._fleet._known_world(self.header)
-        copy._keep_activity(self._published_activity())
+        copy._keep_columns(self._published_columns())
         return copy
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -104,8 +103,9 @@ class Frame:
         It has a row per robot, without absent ones. The index ``robot`` is the robot's id. The columns are those of
         ``regatta export``: ``tick``, ``sim_time_s``, ``x_m``, ``y_m``, ``theta_rad``, ``speed_m_per_s``, ``s_m``,
         ``edge`` (its id in the route graph; missing if the robot is on none), ``state`` (a category: ``"driving"``, for
-        example), and ``activity`` if a fleet manager publishes it (a category: the newest one, ``"carrying"``, for
-        example).
+        example), and the newest values of the columns that processes publish: ``activity`` (a category: ``"carrying"``, for
+        example), ``battery`` (per cent), ``collision`` (the level of the robot's worst contact, 0 without), ``goal`` (the
+        id of a node), ``type`` (an index into the world's robot types) and ``waits_for`` (the id of a robot).
 
         Raises :class:`ReadError <regatta.ReadError>` if the producer doesn't publish the route graph.
         """
@@ -204,15 +204,16 @@ class Frame:
         """
         return self._fleet._column_values(name)
 
-    def _published_activity(self) -> ColumnValues | None:
-        """Returns the activities that the fleet manager has published for this frame's run, the newest ones; for a copy,
+    def _published_columns(self) -> dict[str, ColumnValues]:
+        """Returns the columns of tables that processes have published for this frame's run, the newest ones; for a copy,
         those of the time when it was made."""
-        return self._activity if self._keeps_activity else self._fleet._activities(self.header)
+        if self._published is not None:
+            return self._published
+        return self._fleet._published_columns(self.header, PUBLISHED.values())
 
-    def _keep_activity(self, activity: ColumnValues | None) -> None:
-        """Keeps a copy of the activities, or that there are none yet: the manager may publish later ones."""
-        self._activity = None if activity is None else activity.copy()
-        self._keeps_activity = True
+    def _keep_columns(self, columns: dict[str, ColumnValues]) -> None:
+        """Keeps copies of columns, and that there are no others yet: processes may publish later ones."""
+        self._published = {name: values.copy() for name, values in columns.items()}
 
     def _column(self, number: int) -> npt.NDArray[np.float32]:
         start = number * self.header.stride_lines * WORDS_PER_LINE
@@ -225,7 +226,7 @@ class Frame:
         """Makes this frame a copy of itself, because a program that shows an object may keep it: a notebook's ``Out[]`` would
         hold shared memory with each frame that a cell shows."""
         self._refer_to(_owned(self._payload))
-        self._keep_activity(self._published_activity())
+        self._keep_columns(self._published_columns())
 
 
 def _owned(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:

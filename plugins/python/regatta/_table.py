@@ -30,15 +30,26 @@ WORDS = {
 """The columns of words, and their words by number."""
 NO_WORD = -1
 """The number of a word that is missing."""
+PUBLISHED = {
+    "activity": "activity",
+    "battery": "battery",
+    "collision": "collision",
+    "goal": "goal",
+    "type": "type",
+    "waits_for": "waits-for",
+}
+"""The columns that processes publish, by their names in a table; in the order of an export."""
+NUMBERS = ["edge", "collision", "goal", "type", "waits_for"]
+"""The columns of numbers of which some may be missing: they are :data:`NO_EDGE` then."""
 SHOWN = 8
 """The number of robots in a notebook's picture of a frame."""
 
 Rows = dict[str, npt.NDArray[Any]]
-"""A table: its columns by name. Edges may be :data:`NO_EDGE`; columns of words have numbers."""
+"""A table: its columns by name. Columns of words have numbers."""
 
 
 def rows_of(frame: Frame) -> Rows:
-    """Returns a row for each robot of a frame, with a column ``activity`` if a fleet manager has published it."""
+    """Returns a row for each robot of a frame, with those of the published columns that processes have published."""
     robots = np.flatnonzero(frame.state != RobotState.ABSENT)
     rows: Rows = {
         "tick": np.full(len(robots), frame.tick, np.uint64),
@@ -48,9 +59,10 @@ def rows_of(frame: Frame) -> Rows:
         "edge": _edge_ids(frame, robots),
         "state": frame.state[robots].astype(np.int8),
     }
-    activity = frame._published_activity()
-    if activity is not None:
-        rows["activity"] = _activities(activity.values, robots)
+    published = frame._published_columns()
+    for name, column in PUBLISHED.items():
+        if (values := published.get(column)) is not None:
+            rows[name] = _published(name, values.values, robots)
     return rows
 
 
@@ -64,7 +76,8 @@ def to_pandas(rows: Rows) -> pandas.DataFrame:
     """Returns a table as a data frame of pandas."""
     pd = package("pandas")
     columns = dict(rows)
-    columns["edge"] = pd.arrays.IntegerArray(rows["edge"], rows["edge"] == NO_EDGE)
+    for name in set(NUMBERS) & set(rows):
+        columns[name] = pd.arrays.IntegerArray(rows[name], rows[name] == NO_EDGE)
     for name, words in WORDS.items():
         if name in rows:
             columns[name] = pd.Categorical.from_codes(rows[name], words)
@@ -76,7 +89,8 @@ def to_polars(rows: Rows) -> polars.DataFrame:
     """Returns a table as a data frame of polars."""
     pl = package("polars")
     columns: dict[str, Any] = dict(rows)
-    columns["edge"] = pl.Series(rows["edge"]).set(pl.Series(rows["edge"] == NO_EDGE), None)
+    for name in set(NUMBERS) & set(rows):
+        columns[name] = pl.Series(rows[name]).set(pl.Series(rows[name] == NO_EDGE), None)
     for name, words in WORDS.items():
         if name in rows:
             numbers = pl.Series(rows[name]).set(pl.Series(rows[name] == NO_WORD), None)
@@ -117,21 +131,46 @@ def _edge_ids(frame: Frame, robots: npt.NDArray[np.intp]) -> npt.NDArray[np.uint
     return edges
 
 
+def _published(name: str, published: npt.NDArray[np.float32], robots: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
+    """Returns the values of robots in a published column, as a column of a table."""
+    if name in WORDS:
+        return _activities(published, robots)
+    return _numbers(published, robots) if name in NUMBERS else _of_robots(published, robots)
+
+
 def _activities(published: npt.NDArray[np.float32], robots: npt.NDArray[np.intp]) -> npt.NDArray[np.int8]:
     """Returns the numbers of robots' activities. Robots without one have none: one that is new, for example."""
-    values = np.full(len(robots), NO_WORD, np.float32)
-    known = robots < len(published)
-    values[known] = published[robots[known]]
+    values = _of_robots(published, robots)
     return np.where(np.isin(values, list(Activity)), values, NO_WORD).astype(np.int8)
 
 
+def _numbers(published: npt.NDArray[np.float32], robots: npt.NDArray[np.intp]) -> npt.NDArray[np.uint32]:
+    """Returns robots' numbers of a column, such as ids. Robots without one have none."""
+    values = _of_robots(published, robots)
+    known = (values >= 0) & (values < NO_EDGE)
+    return np.where(known, np.where(known, values, 0).astype(np.uint32), np.uint32(NO_EDGE))
+
+
+def _of_robots(published: npt.NDArray[np.float32], robots: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
+    """Returns the published values of robots; NaN of those that are newer than the column."""
+    values = np.full(len(robots), np.nan, np.float32)
+    known = robots < len(published)
+    values[known] = published[robots[known]]
+    return values
+
+
 def _column(table: Rows, name: str) -> npt.NDArray[Any]:
-    return table[name] if name in table else np.full(len(table["robot"]), NO_WORD, np.int8)
+    if name in table:
+        return table[name]
+    if name in WORDS:
+        return np.full(len(table["robot"]), NO_WORD, np.int8)
+    missing = np.uint32(NO_EDGE) if name in NUMBERS else np.float32(np.nan)
+    return np.full(len(table["robot"]), missing)
 
 
 def _cell(name: str, value: Any) -> str:
     if name in WORDS:
         return "" if value == NO_WORD else WORDS[name][value]
-    if name == "edge" and value == NO_EDGE:
+    if name in NUMBERS and value == NO_EDGE:
         return ""
     return f"{value:.3f}" if name in FLOATS.values() else str(value)

@@ -198,6 +198,17 @@ def test_a_table_has_the_activities_that_a_manager_publishes(sparse: regatta.Fra
     assert "<th>activity</th>" in html and html.count("<td>queued</td>") == 3
 
 
+def test_a_table_has_the_other_columns_of_an_export(sparse: regatta.Frame) -> None:
+    waits_for, battery = (sparse._fleet.column(name) for name in ("waits-for", "battery"))
+    waits_for.publish(sparse, [3.0, np.nan, 0.0, 0.0])
+    battery.publish(sparse, [0.5, np.nan, 1.0, 2.0])
+    table, polars = sparse.to_pandas(), sparse.to_polars()
+    assert list(table.columns)[-2:] == polars.columns[-2:] == ["battery", "waits_for"]
+    assert polars["waits_for"].to_list() == [3, None, 0]
+    assert table.waits_for.isna()[1] and table.waits_for[0] == 3
+    assert table.battery[0] == 0.5 and np.isnan(table.battery[1])
+
+
 def values_of(frame: regatta.Frame) -> npt.NDArray[np.float32]:
     values = frame.column("activity")
     return np.empty(0, np.float32) if values is None else values.values

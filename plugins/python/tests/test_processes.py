@@ -116,20 +116,21 @@ def test_a_fleet_has_one_owner_of_movement(engine: Engine) -> None:
     engine.start("--robots", "10", scenario="warehouse-managed.yaml")
     fleet, other = regatta.join(engine.name, "manager"), regatta.join(engine.name, "other")
     edge = int(fleet.world().edges["id"][0])
-    own, foreign = fleet.commands(), other.commands()
+    own, foreign, early = fleet.commands(), other.commands(), other.commands()
+    refused = early.cancel(0)
     ownership = fleet.own()
     assert fleet.control().status().owner == f"manager (process {os.getpid()})"
     own.cancel(0)
     own.send()
     for command in (foreign.cancel, lambda robot: foreign.assign(robot, [edge])):
-        command(0)
         with pytest.raises(regatta.OwnedError, match=r"manager \(process \d+\) moves the robots of fleet"):
-            foreign.send()
-        foreign.clear()
-    refused = foreign.cancel(0)
+            command(0)
+    assert len(foreign) == 0
+    with pytest.raises(regatta.OwnedError, match=r"manager \(process \d+\) moves the robots of fleet"):
+        early.send()
     with other.events() as events:
         # The engine refuses a command that was sent before the movement had an owner.
-        foreign._put()
+        early._put()
         with pytest.raises(regatta.OwnedError, match=rf"^refused: manager \(process {os.getpid()}\) moves the robots"):
             wait_for(events, {refused}, PATIENCE)
     foreign.hold(0)
@@ -137,7 +138,7 @@ def test_a_fleet_has_one_owner_of_movement(engine: Engine) -> None:
     with pytest.raises(regatta.OwnedError, match="moves the robots"):
         other.own()
     example = engine.example("own_manager.py").fail()
-    assert "OwnedError: manager (process" in example
+    assert example.startswith("own_manager: manager (process") and example.count("\n") == 1
 
     ownership.close()
     assert fleet.control().status().owner == ""

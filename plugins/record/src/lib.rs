@@ -53,40 +53,44 @@ use arguments::{parse_poses_rate, path_parser};
 use recorder::{Recorder, Settings};
 use sink::{Division, Sink};
 
+/// The groups of options in the help.
+const CONTENT: &str = "Content";
+const FILES: &str = "Files";
+
 /// Options of `regatta record`.
 #[derive(Args, Clone, Debug)]
 pub struct RecordArgs {
     #[command(flatten)]
     options: Options,
     /// File to write [default: the fleet's name and the date and time, with .mcap]
-    #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
+    #[arg(short, long, value_name = "FILE", value_parser = path_parser(), help_heading = FILES)]
     output: Option<PathBuf>,
     /// Replace files that exist
-    #[arg(long)]
+    #[arg(long, help_heading = FILES)]
     force: bool,
     /// Divide the recording into numbered files of this time or size: 10min, 1GB …
-    #[arg(long, value_name = "LIMIT", conflicts_with = "ring")]
+    #[arg(long, value_name = "LIMIT", conflicts_with = "ring", help_heading = FILES)]
     split: Option<Limit>,
     /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
-    #[arg(long, value_name = "LIMIT")]
+    #[arg(long, value_name = "LIMIT", help_heading = FILES)]
     ring: Option<Limit>,
     /// Record only these topics, and the world: frames, events, commands, orders, contacts,
     /// contact_events, facilities, columns, columns/NAME, poses, robots, graph
-    #[arg(long, value_name = "NAMES")]
+    #[arg(long, value_name = "NAMES", help_heading = CONTENT)]
     topics: Option<TopicSet>,
     /// Record only every Nth frame, with the columns and contacts of that frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..), help_heading = CONTENT)]
     every: u64,
     /// Compression of the recording
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = FILES)]
     compression: Compression,
     /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
     #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
-    #[arg(value_parser = parse_poses_rate)]
+    #[arg(value_parser = parse_poses_rate, help_heading = CONTENT)]
     poses_rate: f64,
     /// Repair a truncated recording instead of recording; with --output, repair a copy
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = FILES)]
     repair: Option<PathBuf>,
 }
 

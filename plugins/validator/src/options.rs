@@ -10,35 +10,39 @@ use crate::judge::Settings;
 use crate::report::plural;
 use crate::report::{KindReport, Report};
 
+/// The groups of options in the help.
+const FINDINGS: &str = "Findings";
+const REPORT: &str = "Report";
+
 /// Options of `regatta plugin validator` and `regatta validate`.
 #[derive(Args, Clone, Debug)]
 #[group(skip)]
 pub struct JudgeOptions {
     /// Write the report to this file as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = REPORT)]
     json: Option<PathBuf>,
     /// Write the report to this file as Markdown
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = REPORT)]
     markdown: Option<PathBuf>,
     /// Don't fail on findings of these kinds
-    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    #[arg(long, value_name = "KIND", value_delimiter = ',', help_heading = FINDINGS)]
     allow: Vec<Kind>,
     /// An order that isn't finished after this time is a finding
-    #[arg(long, value_name = "TIME", default_value = "20min")]
+    #[arg(long, value_name = "TIME", default_value = "20min", help_heading = FINDINGS)]
     unserved_after: humantime::Duration,
     /// A robot that is idle for this time while orders wait is a finding
-    #[arg(long, value_name = "TIME", default_value = "20min")]
+    #[arg(long, value_name = "TIME", default_value = "20min", help_heading = FINDINGS)]
     idle_after: humantime::Duration,
     /// Time after which a standstill of all robots with orders is a finding; at the end of the run,
     /// 40 % of it is enough
-    #[arg(long, value_name = "TIME", default_value = "5min")]
+    #[arg(long, value_name = "TIME", default_value = "5min", help_heading = FINDINGS)]
     standstill_after: humantime::Duration,
     /// A robot that stands with an order for this time is a finding, and so are robots that drive
     /// this long without reaching a stop of their orders
-    #[arg(long, value_name = "TIME", default_value = "10min")]
+    #[arg(long, value_name = "TIME", default_value = "10min", help_heading = FINDINGS)]
     stuck_after: humantime::Duration,
     /// Number of examples of each kind in the report
-    #[arg(long, value_name = "N", default_value = "10")]
+    #[arg(long, value_name = "N", default_value = "10", help_heading = REPORT)]
     examples: usize,
 }
 

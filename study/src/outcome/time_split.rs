@@ -12,7 +12,8 @@ use super::backlog::{HOUR_SECS, created_secs};
 
 /// The part of an order's time in which a storage has no place for it.
 pub const STORAGE: &str = "waiting for a storage place";
-/// The parts of an order's time from its creation to its end, which add up to it.
+/// The parts of an order's time from its creation to its end, which add up to it, by their names in
+/// `study.json`; the page has the words of activities.
 pub const ORDER_PARTS: [&str; PARTS] = [
     "waiting for a robot",
     "way empty",
@@ -25,7 +26,7 @@ pub const ORDER_PARTS: [&str; PARTS] = [
 ];
 /// The part of a robot's time in which it charges, or drives to a charger.
 pub const CHARGING: &str = "charging";
-/// The parts of a robot's time, which add up to it.
+/// The parts of a robot's time, which add up to it, by their names in `study.json`.
 pub const ROBOT_PARTS: [&str; 9] = [
     "way empty",
     "way loaded",

@@ -23,7 +23,7 @@ use crate::workers::NOT_ALL_PLACED;
 /// line of the study.
 pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     let mut blocks = vec![Block::Heading(1, title(answer))];
-    blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
+    blocks.extend(answer.variants.iter().map(|variant| Block::Answer(sentence(answer, variant))));
     let first = answer.variants.first();
     blocks.extend(first.and_then(|variant| numbers(variant, &first_of_several(answer))));
     blocks.extend(fleets(answer));
@@ -59,6 +59,16 @@ pub fn content(answer: &Answer, base: &Variant, command: &str) -> Vec<Block> {
     blocks.extend(method(answer).into_iter().map(Block::Text));
     blocks.extend(repeat(answer, command));
     blocks
+}
+
+/// Returns the answer for a variant; it has a capital unless the name of the variant is before it.
+fn sentence(answer: &Answer, variant: &VariantAnswer) -> String {
+    let text = verdict(answer, variant);
+    let mut rest = text.chars();
+    match rest.next() {
+        Some(first) if variant.name.is_empty() => first.to_uppercase().chain(rest).collect(),
+        _ => text,
+    }
 }
 
 /// Returns the title of the page.
@@ -134,7 +144,7 @@ type Figure = fn(&PointAnswer) -> Option<Interval>;
 /// The shares of the robots' time and way in the chart of their effort.
 const EFFORT: [(&str, Figure); 3] = [
     ("with an order", |point| point.utilisation),
-    ("waiting in traffic", |point| point.waiting),
+    ("waiting", |point| point.waiting),
     ("of the way without a load", |point| point.empty),
 ];
 

@@ -2,7 +2,7 @@
 
 use regatta_base::grouped;
 
-use super::chart::{Chart, ChartPoint, Series, chart};
+use super::chart::{COLOURS, Chart, ChartPoint, Series, chart};
 use super::content::NONE;
 use super::stack::{Bar, Part, stack};
 use super::verdict::prefix;
@@ -137,7 +137,7 @@ fn year_picture(answer: &Answer, prices: &Prices) -> Option<Block> {
     let variant = answer.variants.first()?;
     let mut bars = Vec::new();
     for point in variant.cost.as_ref()?.points.iter().filter(|point| point.per_year.is_some()) {
-        let parts = point.year_parts.iter().zip(0..);
+        let parts = point.year_parts.iter().zip(COLOURS.into_iter().cycle());
         let parts =
             parts.map(|(part, colour)| Part { name: part.name, colour, value: part.value.mean });
         bars.push(Bar { robots: point.robots, parts: parts.collect() });

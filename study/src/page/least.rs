@@ -129,7 +129,7 @@ fn reason(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Opt
             100.0 * waiting
         )),
         _ if waiting >= MUCH_WAITING => {
-            Some(format!("robots wait in traffic {:.0} % of their time", 100.0 * waiting))
+            Some(format!("robots wait {:.0} % of their time", 100.0 * waiting))
         }
         _ if busy >= BUSY && !is_load_endless && are_more_worse => Some(format!(
             "robots have an order {:.0} % of the time, but larger numbers of robots miss the \

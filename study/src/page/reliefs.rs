@@ -27,10 +27,14 @@ pub(super) fn reliefs(answer: &Answer, of: &str) -> Vec<Block> {
     blocks
 }
 
-/// Returns the best relief as a finding for the head of the page, if one helps.
+/// Returns the best relief as a finding for the head of the page, or that none helps, if any was
+/// tried.
 pub(super) fn headline(answer: &Answer, of: &str) -> Option<Block> {
     let reliefs = answer.chosen.reliefs.as_ref()?;
-    let best = reliefs.best()?;
+    let Some(best) = reliefs.best() else {
+        let none = (!reliefs.tried.is_empty()).then(|| finding(reliefs));
+        return none.map(|none| Block::Finding(format!("{of}{none}")));
+    };
     let gain = gain_in_words(reliefs, &best.gain?);
     Some(Block::Finding(format!("{of}The most helpful change: {}: {gain}.", best.candidate.words)))
 }

@@ -2,15 +2,12 @@
 
 use plotters::prelude::*;
 
-use super::chart::{COLOURS, DrawResult, label};
+use super::chart::{DrawResult, label};
 use super::hint::{Hint, add_hints, value};
 
 /// The size in pixels.
 const SIZE: (u32, u32) = (900, 420);
 const FONT: (&str, i32) = ("sans-serif", 16);
-/// The colours of parts beyond those of lines. They are seen on white, and inverted on black.
-const MORE_COLOURS: [RGBColor; 4] =
-    [RGBColor(190, 198, 206), RGBColor(166, 150, 40), RGBColor(136, 84, 32), RGBColor(70, 110, 70)];
 /// The height of a line of the legend, and the x and the width of a name there.
 const LEGEND_LINE: i32 = 22;
 const FIRST_NAME: i32 = 82;
@@ -29,8 +26,8 @@ pub(super) struct Bar {
 pub(super) struct Part {
     /// The name.
     pub name: &'static str,
-    /// The number of its colour, which is the same in all pictures of a page.
-    pub colour: usize,
+    /// The colour, which is the same in all pictures of a page.
+    pub colour: RGBColor,
     /// The value.
     pub value: f64,
 }
@@ -53,7 +50,7 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> DrawResult {
     for (part, index) in legend.iter().zip(0..) {
         let x = FIRST_NAME + index % NAMES_IN_LINE * NAME_WIDTH;
         let y = 4 + index / NAMES_IN_LINE * LEGEND_LINE;
-        above.draw(&Rectangle::new([(x, y + 6), (x + 14, y + 20)], colour(part).filled()))?;
+        above.draw(&Rectangle::new([(x, y + 6), (x + 14, y + 20)], part.colour.filled()))?;
         above.draw(&Text::new(part.name, (x + 20, y + 4), FONT))?;
     }
     let totals = bars.iter().map(|bar| bar.parts.iter().map(|part| part.value).sum::<f64>());
@@ -79,7 +76,7 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> DrawResult {
         let (mut below, x) = (0.0, f64::from(at));
         for part in &bar.parts {
             let corners = [(x + 0.15, below), (x + 0.85, below + part.value)];
-            area.draw_series([Rectangle::new(corners, colour(part).filled())])?;
+            area.draw_series([Rectangle::new(corners, part.colour.filled())])?;
             let [(left, bottom), (right, top)] = corners.map(|corner| area.backend_coord(&corner));
             hints.push(Hint {
                 corner: (left, top),
@@ -101,25 +98,21 @@ fn draw(bars: &[Bar], unit: &str, svg: &mut String) -> DrawResult {
     Ok(hints)
 }
 
-fn colour(part: &Part) -> RGBColor {
-    let mut colours = COLOURS.iter().chain(&MORE_COLOURS).copied().cycle();
-    colours.nth(part.colour).unwrap_or(BLACK)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::chart::COLOURS;
     use super::*;
 
     #[test]
     fn each_part_of_each_bar_is_drawn_and_named() {
-        let part = |name, colour, value| Part { name, colour, value };
-        let parts = || vec![part("way empty", 0, 30.0), part("handling", 1, 10.0)];
+        let part = |name, at: usize, value| Part { name, colour: COLOURS[at], value };
+        let parts = || vec![part("fetching", 0, 30.0), part("handling", 1, 10.0)];
         let bar = |robots| Bar { robots, parts: parts() };
         let svg = stack(&[bar(17), bar(42)], "seconds");
         let filled = |colour: &str| svg.matches(&format!("fill=\"{colour}\"")).count();
         // Two bars and the legend.
         assert_eq!((filled("#0072B2"), filled("#D55E00")), (3, 3), "{svg}");
-        for text in ["\n17\n", "\n42\n", "\nway empty\n", "\nhandling\n", "\nseconds\n"] {
+        for text in ["\n17\n", "\n42\n", "\nfetching\n", "\nhandling\n", "\nseconds\n"] {
             assert!(svg.contains(text), "{text}: {svg}");
         }
         assert!(svg.contains("<title>42 robots: handling, 10.0 seconds</title>"), "{svg}");

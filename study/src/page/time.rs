@@ -1,10 +1,11 @@
 //! The time of orders and robots, by what it is spent on: stacked plots over the number of robots,
 //! and tables at the answer.
 
+use super::part::{colour, word};
 use super::stack::{Bar, Part, stack};
 use super::{Block, Picture};
 use crate::answer::{Answer, GroupTime, PartAnswer, PointAnswer};
-use crate::outcome::{ORDER_PARTS, ROBOT_PARTS, STORAGE};
+use crate::outcome::{ORDER_PARTS, STORAGE};
 
 /// The most rows of a table; `study.json` has all.
 const MOST_ROWS: usize = 12;
@@ -54,7 +55,7 @@ fn bars(
     let mut bars = Vec::new();
     for point in points.iter().filter(|point| !parts(point).is_empty()) {
         let parts = parts(point).iter().filter(|part| is_shown(part)).map(|part| Part {
-            name: part.name,
+            name: word(part.name),
             colour: colour(part.name),
             value: part.value.mean * factor,
         });
@@ -68,20 +69,13 @@ fn is_shown(part: &PartAnswer) -> bool {
     part.name != STORAGE || part.value.mean > 0.0
 }
 
-/// Returns the number of a part's colour: the same for orders and robots. Of the parts of orders,
-/// robots don't have the waiting for a robot and for a storage place.
-fn colour(name: &str) -> usize {
-    let beyond = ROBOT_PARTS.len() + usize::from(name == STORAGE);
-    ROBOT_PARTS.iter().position(|part| *part == name).unwrap_or(beyond)
-}
-
 fn table(heading: &str, groups: &[GroupTime]) -> Block {
     let mut head = vec![heading.to_owned(), "orders".to_owned(), "service".to_owned()];
     let mut shown: Vec<usize> = (0..ORDER_PARTS.len()).collect();
     shown.retain(|part| {
         ORDER_PARTS[*part] != STORAGE || groups.iter().any(|group| group.parts_secs[*part] > 0.0)
     });
-    head.extend(shown.iter().map(|part| ORDER_PARTS[*part].to_owned()));
+    head.extend(shown.iter().map(|part| word(ORDER_PARTS[*part]).to_owned()));
     let mut rows = vec![head];
     for group in groups.iter().take(MOST_ROWS) {
         let mut row = vec![group.name.clone(), format!("{:.1}", group.orders)];
@@ -90,17 +84,4 @@ fn table(heading: &str, groups: &[GroupTime]) -> Block {
         rows.push(row);
     }
     Block::Table(rows)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use super::*;
-
-    #[test]
-    fn each_part_has_a_colour_of_its_own() {
-        let colours: BTreeSet<usize> = ORDER_PARTS.into_iter().map(colour).collect();
-        assert_eq!(colours.len(), ORDER_PARTS.len());
-    }
 }

@@ -125,7 +125,7 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     }
     let throughput = format!("{carries} {} orders an hour", with_interval(&knee.orders_per_hour));
     let mut text = match knee.is_open {
-        true => of_open_end(variant, &count, &throughput, knee.robots),
+        true => of_open_end(variant, &count, &throughput, knee),
         false => format!("{count}, which {throughput}."),
     };
     text.extend(missing_types(variant));
@@ -206,7 +206,7 @@ fn with_fewer_orders(point: &PointAnswer, knee: &KneeAnswer) -> Option<String> {
     let count = robots_in_words(point.robots);
     let orders = point.orders_per_hour?;
     let waiting = 100.0 * point.waiting.map_or(0.0, |interval| interval.mean);
-    let waits = format!("robots wait in traffic {waiting:.0} % of their time");
+    let waits = format!("robots wait {waiting:.0} % of their time");
     let some = orders_in_words(point)?;
     Some(match (orders.is_known() || orders.mean == 0.0) && !has_too_few(point) {
         true if is_less(point, knee) => {
@@ -342,7 +342,7 @@ pub(super) fn numbers(variant: &VariantAnswer, of: &str) -> Option<Block> {
     rows.extend(number(
         variant,
         *most,
-        "the most of all numbers that were tried and count".to_owned(),
+        "the number that carries the most, of those that were tried".to_owned(),
     ));
     (rows.len() > 1).then_some(Block::Table(rows))
 }
@@ -375,7 +375,14 @@ fn is_less(point: &PointAnswer, knee: &KneeAnswer) -> bool {
 }
 
 /// The answer if the largest number of robots carries the most.
-fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u32) -> String {
+fn of_open_end(
+    variant: &VariantAnswer,
+    count: &str,
+    throughput: &str,
+    knee: &KneeAnswer,
+) -> String {
+    let robots = knee.robots;
+    let orders = with_interval(&knee.orders_per_hour);
     let without_room = variant.no_room.iter().find(|no_room| no_room.robots > robots);
     let failed = variant.failed.iter().find(|(more, _)| *more > robots);
     match (without_room, failed) {
@@ -394,8 +401,8 @@ fn of_open_end(variant: &VariantAnswer, count: &str, throughput: &str, robots: u
             format!("{count} {throughput}. All runs with other numbers of robots failed.")
         }
         _ => format!(
-            "at least {count}: no larger number was tried, and of those that were, {count} \
-             {throughput}, the most."
+            "at least {count}: the largest number tried, and the one that carries the most, {orders} \
+             orders an hour."
         ),
     }
 }

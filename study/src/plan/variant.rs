@@ -215,7 +215,14 @@ impl Variant {
         if has_dwell || self.setup.load.as_ref().is_some_and(|load| load.dwell.is_some()) {
             return self.load.clone();
         }
-        format!("{}; robots spend no time at stops (`--vary dwell=SECONDS` gives one)", self.load)
+        let in_a_run = match self.is_load_made_up {
+            true => ", where `regatta run` and `regatta new` assume 5 to 15 s",
+            false => "",
+        };
+        format!(
+            "{}; robots spend no time at stops{in_a_run} (`--vary dwell=SECONDS` gives one)",
+            self.load
+        )
     }
 
     /// Returns the largest speed of the robot types, in metres per second; infinite if a type has

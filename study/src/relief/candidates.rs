@@ -185,7 +185,7 @@ fn roads(site: &Site<'_>) -> Vec<Candidate> {
             _ => continue,
         };
         let words = format!("{words}, at {}", bottleneck.place());
-        let about = "waiting in traffic";
+        let about = "waiting";
         candidates.push(Candidate { remedy, words, about, robots: bottleneck.robots_waiting });
     }
     candidates

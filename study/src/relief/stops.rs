@@ -57,7 +57,7 @@ pub fn stations(site: &Site<'_>) -> Vec<Candidate> {
             candidates.push(Candidate {
                 remedy: Remedy::Queue(id),
                 words: format!("{QUEUE_PLACES} places of a queue off the road before {name}"),
-                about: "waiting in traffic, before a station",
+                about: "waiting before a station",
                 robots: kept_out,
             });
         }

@@ -109,7 +109,7 @@ pub fn candidates(site: &Site<'_>) -> Vec<Candidate> {
         let ids = track.nodes.iter().map(|node| graph.node(*node).id).collect();
         let ends = [track.nodes[0], track.nodes[track.nodes.len() - 1]].map(|end| site.name(end));
         let between = format!("the two-way track from {} to {}", ends[0], ends[1]);
-        let about = "waiting in traffic";
+        let about = "waiting";
         let robots = caused / site.secs;
         candidates.push(Candidate {
             remedy: Remedy::SecondTrack(ids),

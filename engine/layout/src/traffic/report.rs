@@ -124,8 +124,9 @@ impl Certificate {
         for remarks in remarks.chunk_by(|a, b| a.topic == b.topic) {
             sentences.extend(remarks.iter().take(most).map(Remark::sentence));
             if let Some(more @ 1..) = remarks.len().checked_sub(most) {
-                let topic = remarks[0].topic.name().replace('-', " ");
-                sentences.push(format!("And {more} more on the topic '{topic}'."));
+                sentences.push(format!(
+                    "And {more} more like this; `regatta graph check LAYOUT --traffic` lists them."
+                ));
             }
         }
         sentences

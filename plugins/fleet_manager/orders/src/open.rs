@@ -16,29 +16,33 @@ use super::store::{self, StoreError, Writer};
 use super::threads::{Channels, Threads};
 use super::web::{self, Web, WebError};
 
+/// The groups of options in the help.
+const ORDERS: &str = "Orders";
+const WEB: &str = "Web API";
+
 /// The sources of a manager's orders, and their store.
 #[derive(Args, Clone, Debug, Default)]
 pub struct OrderSettings {
     /// File of transport orders with times: CSV, XLSX, Parquet or YAML
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = ORDERS)]
     pub orders: Option<PathBuf>,
     /// YAML file with a load: generators of orders [default: that of the scenario, under `regatta
     /// run`]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = ORDERS)]
     pub load: Option<PathBuf>,
     /// Seed of the load, instead of its own
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = ORDERS)]
     pub seed: Option<u64>,
     /// Keep orders in this SQLite file: they survive the manager [default: in memory]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = ORDERS)]
     pub store: Option<PathBuf>,
     /// Serve orders over HTTP at this address, too; port 0 is any free one [default: only at a
     /// Unix socket of this user, which `regatta orders` finds]
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", help_heading = WEB)]
     pub http: Option<SocketAddr>,
     /// File with the token that requests to that address must have; addresses other than loopback
     /// need one [default: this user's token, which `regatta orders` finds]
-    #[arg(long, value_name = "FILE", requires = "http")]
+    #[arg(long, value_name = "FILE", requires = "http", help_heading = WEB)]
     pub token_file: Option<PathBuf>,
     /// The Unix socket at which orders are served.
     #[arg(skip)]

@@ -30,6 +30,9 @@ pub struct Group {
 /// The largest width of a figure with its name, in columns, at which the eye can follow.
 const MAX_FIGURE_WIDTH: u16 = 34;
 
+/// The width of a group's name, with the space before its bar, in columns.
+const NAME_WIDTH: usize = 9;
+
 /// The ends of a bar, in eighths of a column.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 
@@ -56,7 +59,7 @@ fn of_state(state_counts: &StateCounts, state: usize) -> Group {
 pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, mut groups: Vec<Group>, robots: u64) {
     let area = section(frame, area, "robots", Span::styled(thousands(robots), theme::strong()));
     let digits = thousands(robots).len().max(3);
-    let width = usize::from(area.width).saturating_sub(8 + digits + 2);
+    let width = usize::from(area.width).saturating_sub(NAME_WIDTH + digits + 2);
     // If there is no room for all, groups without robots are left out.
     while groups.len() > usize::from(area.height)
         && let Some(empty) = groups.iter().rposition(|group| group.robots == 0)
@@ -68,7 +71,7 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, mut groups: Vec<Group>, ro
         let bar = bar(group.robots as f64 / robots.max(1) as f64, width);
         let style = if group.robots > 0 { Style::new() } else { theme::quiet() };
         lines.push(Line::from(vec![
-            Span::styled(format!("{:<8}", group.name), theme::quiet()),
+            Span::styled(format!("{:<NAME_WIDTH$}", group.name), theme::quiet()),
             Span::styled(bar, theme::text(group.colour)),
             Span::styled(format!("  {:>digits$}", thousands(group.robots)), style),
         ]));

@@ -141,8 +141,9 @@ fn edge_name(jam: &Jam) -> Span<'static> {
 /// Draws the processes of the fleet with their processor time and memory.
 pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let processes = &view.snapshot.processes;
-    let count = Span::styled(thousands(processes.len() as u64), theme::strong());
-    let area = section(frame, area, "processes", count);
+    // The first lines are the border and the titles.
+    let shown = processes.len().min(area.height.saturating_sub(2).into());
+    let area = section(frame, area, "processes", shown_of(shown, processes.len()));
     if let Some(error) = &view.process_error {
         return draw_hint(frame, area, error);
     }
@@ -154,6 +155,17 @@ pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
         Column::numbers("pid", processes.iter().map(|process| process.pid.to_string().into())),
     ];
     table::draw(frame, area, columns);
+}
+
+/// Formats the number of processes, after that of the shown ones if there is no room for all.
+fn shown_of(shown: usize, all: usize) -> Line<'static> {
+    let all_in_words = Span::styled(thousands(all as u64), theme::strong());
+    match shown < all {
+        true => {
+            Line::from(vec![Span::styled(format!("{shown} of "), theme::quiet()), all_in_words])
+        }
+        false => all_in_words.into(),
+    }
 }
 
 fn busy(process: &Process) -> Span<'static> {

@@ -149,20 +149,25 @@ fn run_times(run: &WorkFigures) -> Line<'static> {
     Line::from(spans)
 }
 
-/// Formats the busy part of the robots' time unless the manager publishes the number of busy
-/// robots, the part of their metres without a load, and the time that the manager spends on a
-/// frame: all since `top` began to read.
+/// Formats the time that the manager spends on a frame; and if the manager publishes no figures of
+/// the run, the busy part of the robots' time and the part of their metres without a load. All are
+/// since `top` began to read, so those of robots don't stand beside figures of the run.
 fn effort(work: &Work) -> Line<'static> {
-    let mut spans = vec![Span::styled("since top began: ", theme::quiet())];
+    let mut spans = Vec::new();
     if work.run.is_none() {
+        spans.push(Span::styled("since top began: ", theme::quiet()));
         add_figure(&mut spans, "busy ", work.effort.utilisation().map(percent), "  ");
+        add_figure(&mut spans, "empty ", work.effort.empty_part().map(percent), "  ");
     }
-    add_figure(&mut spans, "empty ", work.effort.empty_part().map(percent), "  ");
     let cycle = work.cycle.mean().map(|mean| {
         let millis = [mean, work.cycle.p99, work.cycle.longest].map(|secs| 1e3 * secs);
         format!("{:.1} {:.1} {:.1} ms", millis[0], millis[1], millis[2])
     });
-    let what = if cycle.is_some() { " (mean, p99, longest)" } else { "" };
+    let what = match (&cycle, work.run) {
+        (None, _) => "",
+        (Some(_), None) => " (mean, p99, longest)",
+        (Some(_), Some(_)) => " (mean, p99, longest while top reads)",
+    };
     add_figure(&mut spans, "cycle ", cycle, what);
     Line::from(spans)
 }
@@ -259,7 +264,10 @@ mod tests {
         let none = effort(&Work::default()).to_string();
         assert!(none.starts_with("since top began: busy –  empty –"), "{none}");
         let published = Work { run: Some(WorkFigures::default()), ..testing::work() };
-        assert!(!effort(&published).to_string().contains("busy"), "the manager publishes it");
+        assert_eq!(
+            effort(&published).to_string(),
+            "cycle 3.0 12.0 31.4 ms (mean, p99, longest while top reads)"
+        );
         assert!(
             times(&orders).to_string().starts_with("service 61 55 120 300 s  until assigned 8.4 ")
         );

@@ -14,36 +14,43 @@ use crate::message::{ActionParameter, Topic};
 /// The topics that a master listens to.
 const HEARD: [Topic; 4] = [Topic::Connection, Topic::State, Topic::Visualization, Topic::Factsheet];
 
+/// The groups of options in the help.
+const BROKER: &str = "Broker and vehicles";
+const ORDERS: &str = "Orders of VDA 5050";
+
 /// The vehicles of a master, and how it watches them.
 #[derive(Args, Clone, Debug)]
 pub struct MasterOptions {
     /// Broker of the vehicles
     #[arg(long = "vda5050", value_name = "mqtt://[USER@]HOST[:PORT]", required = true)]
+    #[arg(help_heading = BROKER)]
     pub broker: Option<BrokerUrl>,
     /// File with the password of the broker's user [default: the environment variable
     /// REGATTA_MQTT_PASSWORD]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = BROKER)]
     pub password_file: Option<PathBuf>,
     /// First levels of the topics of the vehicles: INTERFACE/VERSION/MANUFACTURER/SERIAL, with + for
     /// any
     #[arg(long, value_name = "FILTER", value_delimiter = ',', value_parser = filter)]
-    #[arg(default_value = "+/+/+/+")]
+    #[arg(default_value = "+/+/+/+", help_heading = BROKER)]
     pub vehicles: Vec<String>,
     /// Name of the map, for layouts without levels
-    #[arg(long, value_name = "NAME", default_value = "map")]
+    #[arg(long, value_name = "NAME", default_value = "map", help_heading = ORDERS)]
     pub map_id: String,
     /// Parameter of an action, such as pick.loadType=EPAL; may be repeated
-    #[arg(long = "action-parameter", value_name = "ACTION.KEY=VALUE")]
+    #[arg(long = "action-parameter", value_name = "ACTION.KEY=VALUE", help_heading = ORDERS)]
     pub parameters: Vec<Parameter>,
     /// Distance in metres from its path beyond which a vehicle counts as astray, and others keep
     /// away from it
     #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
+    #[arg(help_heading = ORDERS)]
     pub tolerance: f64,
     /// Seconds without a message after which a vehicle counts as offline
     #[arg(long, value_name = "SECONDS", default_value_t = 35.0, value_parser = positive)]
+    #[arg(help_heading = BROKER)]
     pub silence: f64,
     /// Largest number of vehicles; further ones are ignored
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(long, value_name = "N", default_value_t = 10_000, help_heading = BROKER)]
     pub most_vehicles: usize,
 }
 

@@ -7,6 +7,7 @@ use crate::page::assumptions::robots;
 use crate::page::caveats::caveats;
 use crate::page::content::content;
 use crate::plan::{Plan, Precision, Question, RunTime, Variant};
+use crate::relief::{Candidate, Measure, Relief, Reliefs, Remedy, Verdict};
 use crate::sweep::tests::measured;
 use crate::sweep::{Known, RunResult, Step, next};
 use crate::workers::RunFailure;
@@ -367,4 +368,46 @@ fn runs_of_the_bound_are_not_among_those_that_were_judged() {
     let said = crate::page::caveats::safety(&answer);
     assert!(said.contains("No robot touched another in 4 runs"), "{said}");
     assert!(said.contains("The 4 runs of the bound aren't judged"), "{said}");
+}
+
+#[test]
+fn the_page_begins_with_a_sentence_that_tells_an_open_end_plainly() {
+    let all_carry = |robots, _| Ok(measured(f64::from(robots) * 20.0));
+    let first = blocks(&answer("1,2", all_carry)).into_iter().find_map(|block| match block {
+        Block::Answer(text) => Some(text),
+        _ => None,
+    });
+    let start =
+        "At least 2 robots: the largest number tried, and the one that carries the most, 40.0 ";
+    let first = first.expect("an answer");
+    assert!(first.starts_with(start), "{first}");
+}
+
+#[test]
+fn the_head_of_the_page_says_that_no_change_helps() {
+    let tried = ["a second place at B", "a passing place"].map(|words| Relief {
+        candidate: Candidate {
+            remedy: Remedy::Repair,
+            words: words.to_owned(),
+            about: "waiting",
+            robots: 1.0,
+        },
+        gain: None,
+        verdict: Verdict::WithinChance,
+        has_left: false,
+        failure: None,
+    });
+    let mut answer = answer("1,2", |robots, _| Ok(measured(f64::from(robots) * 20.0)));
+    answer.chosen.reliefs = Some(Reliefs {
+        robots: 2,
+        figure: "orders an hour".to_owned(),
+        base: 40.0,
+        tried: tried.to_vec(),
+        others: Vec::new(),
+        measure: Measure::Throughput,
+    });
+    let found = blocks(&answer).into_iter().any(|block| {
+        matches!(block, Block::Finding(text) if text == "None of the 2 changes that were tried helps.")
+    });
+    assert!(found, "the terminal shows findings");
 }

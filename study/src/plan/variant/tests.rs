@@ -140,6 +140,8 @@ fn orders_with_other_stops_than_the_stations_suggest_say_so() {
     let trap =
         "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,\nD,0,9,drop\n\nfrom,to\nA,B\nB,C\nC,A\nB,D\n";
     let trap = variant(trap).expect("a variant");
+    let words = trap.load_in_words();
+    assert!(words.contains("no time at stops, where `regatta run` and `regatta new`"), "{words}");
     let reason = trap.other_stops.expect("a reason");
     assert!(reason.contains("from a pick station to a drop station"), "{reason}");
     assert_eq!(trap.left_out, ["station `D`, from which no way leads back"]);

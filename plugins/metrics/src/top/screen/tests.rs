@@ -98,10 +98,24 @@ fn figures_of_the_run_are_none_since_top_began_and_robots_have_one_vocabulary() 
         work.robots = [44, 201, 614, 0, 90, 0, 0, 0, 0, 0, 0, 0, 0];
     }
     let screen = drawn(&mut view(few), 80, 24);
-    shows(&screen, &["carrying", "614", "fetching", "201", "idle", "44"]);
+    shows(&screen, &["carrying █", "614", "fetching █", "201", "idle", "44"]);
     assert!(!screen.contains("■ 614"), "each number is shown once:\n{screen}");
     let unmanaged = Snapshot { work: None, ..snapshot };
     shows(&drawn(&mut view(unmanaged), 80, 24), &["driving", "812", "idle", "held", "faulted"]);
+}
+
+#[test]
+fn a_list_of_processes_that_is_too_long_says_so() {
+    let mut snapshot = testing::snapshot();
+    let process = snapshot.processes[0].clone();
+    snapshot.processes = vec![process; 60];
+    let screen = drawn(&mut view(snapshot.clone()), 80, 24);
+    let shown = screen.matches(" metrics ").count();
+    assert!(shown > 1 && shown < 60, "{shown} in\n{screen}");
+    shows(&screen, &[&format!("{shown} of 60")]);
+    snapshot.processes.truncate(shown);
+    let screen = drawn(&mut view(snapshot), 80, 24);
+    assert!(screen.contains("processes") && !screen.contains(&format!("of {shown} ")), "{screen}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The table of frames: a row per robot and frame.
 
 use regatta_plugin::ColumnName;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::frame::RobotState;
 
 use super::super::ExportError;
@@ -27,7 +28,7 @@ pub(super) fn plugins(
 }
 
 /// Returns all columns. A plugin's column keeps its name, or gets the prefix `column_` if another
-/// column has the name.
+/// column has the name. Activities are words.
 pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
     let mut columns = vec![
         Column::new("time_s", Kind::F64),
@@ -47,7 +48,8 @@ pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
     for name in plugins {
         let is_taken = columns[..common].iter().any(|column| column.title == name.as_str());
         let title = if is_taken { format!("column_{name}") } else { name.to_string() };
-        columns.push(Column::optional(&title, Kind::F32));
+        let kind = if is_activity(name) { Kind::Text } else { Kind::F32 };
+        columns.push(Column::optional(&title, kind));
     }
     columns
 }
@@ -66,7 +68,7 @@ pub(super) fn for_each(
         most_robots = most_robots.max(snapshot.len());
         let done = span.done(snapshot.time);
         for robot in robots.below(snapshot.len()) {
-            if fill(&mut row, snapshot, robot, plugins.len()) {
+            if fill(&mut row, snapshot, robot, &plugins) {
                 take(done, robot, &row)?;
                 rows += 1;
             }
@@ -79,8 +81,18 @@ pub(super) fn for_each(
     Ok(rows)
 }
 
+/// Whether a column has the numbers of activities.
+fn is_activity(column: &ColumnName) -> bool {
+    column.as_str() == ACTIVITY.name()
+}
+
 /// Fills in the values of a robot in a frame. Returns `false` if the robot is absent.
-fn fill(row: &mut Vec<Value>, snapshot: &Snapshot<'_>, robot: usize, plugins: usize) -> bool {
+fn fill(
+    row: &mut Vec<Value>,
+    snapshot: &Snapshot<'_>,
+    robot: usize,
+    plugins: &[ColumnName],
+) -> bool {
     let Some(robot_row) = snapshot.row(robot) else { return false };
     let header = snapshot.header();
     row.clear();
@@ -98,6 +110,31 @@ fn fill(row: &mut Vec<Value>, snapshot: &Snapshot<'_>, robot: usize, plugins: us
         snapshot.edge(&robot_row).map(|edge| edge.id).into(),
         Value::Text(RobotState::from_number(robot_row.state).name()),
     ]);
-    row.extend((0..plugins).map(|column| Value::from(snapshot.column(column, robot))));
+    for (at, name) in plugins.iter().enumerate() {
+        let value = snapshot.column(at, robot);
+        row.push(if is_activity(name) { activity(value) } else { value.into() });
+    }
     true
+}
+
+/// Returns the word of an activity by its number; it is missing if no activity has the number.
+fn activity(value: Option<f32>) -> Value {
+    let activity = value.and_then(|value| ACTIVITY.element(value));
+    activity.map_or(Value::Missing, |activity| Value::Text(activity.name()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn activities_are_words() {
+        let names: Vec<ColumnName> = ["activity", "goal"].map(|name| name.parse().unwrap()).into();
+        let kinds: Vec<_> =
+            columns(&names).iter().rev().take(2).map(|column| column.kind).collect();
+        assert_eq!(kinds, [Kind::F32, Kind::Text]);
+        assert_eq!(activity(Some(2.0)), Value::Text("carrying"));
+        assert_eq!(activity(Some(2.5)), Value::Missing);
+        assert_eq!(activity(None), Value::Missing);
+    }
 }
