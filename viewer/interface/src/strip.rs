@@ -151,8 +151,8 @@ mod tests {
         );
         assert_eq!(
             items(&figures)[0].hint,
-            "The current rate: finished orders an hour of the last 10 min. 7,654 orders finished in \
-             1:00:00.00 of simulated time."
+            "The current rate: finished orders an hour of the last 10 min. 7,654 orders finished \
+             in 1:00:00.0 of simulated time."
         );
         let begun = WorkFigures { service_p50_secs: f32::NAN, ..figures };
         assert_eq!(items(&begun)[1].value, "–", "no order is finished");

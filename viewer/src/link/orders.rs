@@ -1,4 +1,4 @@
-//! The thread that asks the fleet manager about transport orders, through its web API: for the order
+//! The thread that asks the fleet manager about transport orders, through its web API: for the one
 //! of the selected robot, which may have begun before this window opened, and for the robot with an
 //! order of a name.
 
