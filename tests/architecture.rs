@@ -98,6 +98,7 @@ const ARROWS: [(&str, &[&str]); 18] = [
             "regatta-gpu",
             "regatta-interface",
             "regatta-kit",
+            "regatta-orders",
             "regatta-plugin",
             "regatta-scene",
         ],

@@ -4,6 +4,7 @@
 
 mod commands;
 mod control;
+mod orders;
 mod poller;
 pub mod routes;
 
@@ -12,7 +13,7 @@ use std::thread::JoinHandle;
 
 use regatta_interface::commands::UserCommand;
 use regatta_interface::log::LogReport;
-use regatta_interface::orders::RobotOrder;
+use regatta_interface::orders::{NamedOrder, RobotOrder};
 use regatta_interface::robot_filter::{Filter, Matches};
 use regatta_interface::rows::{RowQuery, Rows};
 use regatta_plugin::control::{ControlRequest, ControlResponse};
@@ -26,6 +27,7 @@ use crate::jams::{JamQuery, JamReport};
 use crate::log::LogQuery;
 use crate::plans::PlanQuery;
 use crate::worker::{Query as WorkerQuery, Worker};
+use orders::OrderQuery;
 use poller::Query;
 
 /// A handle to the background threads. Dropping it ends them.
@@ -34,6 +36,7 @@ pub struct Link {
     requests: Sender<ControlRequest>,
     queries: Option<Sender<Query>>,
     commands: Sender<UserCommand>,
+    orders: Sender<OrderQuery>,
     reports: Receiver<Report>,
     poller: Option<JoinHandle<()>>,
     plans: Worker<PlanQuery>,
@@ -53,12 +56,14 @@ impl Link {
         // command may wait for the world of a fleet that ends.
         let (requests, _) = spawn("control", fleet, &report, control::run)?;
         let (commands, _) = spawn("commands", fleet, &report, commands::run)?;
+        let (orders, _) = spawn("orders", fleet, &report, orders::run)?;
         let (queries, poller) = spawn("poller", fleet, &report, poller::run)?;
         let log = worker(fleet, &report, Report::Log)?;
         log.ask(LogQuery);
         Ok(Self {
             requests,
             commands,
+            orders,
             queries: Some(queries),
             plans: worker(fleet, &report, Report::Plans)?,
             jams: worker(fleet, &report, Report::Jams)?,
@@ -92,6 +97,12 @@ impl Link {
     /// Sets the robot whose values are polled.
     pub fn robot(&self, robot: Option<u32>) {
         self.query(Query::Robot(robot));
+        let _ = self.orders.send(OrderQuery::OfRobot(robot));
+    }
+
+    /// Looks for the robot with the order of a name.
+    pub fn find_order(&self, name: String) {
+        let _ = self.orders.send(OrderQuery::Named(name));
     }
 
     /// Sets the robots whose routes are polled.
@@ -177,6 +188,8 @@ pub enum Report {
     Refused(UserCommand, String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
+    /// The robot with the order that was looked for.
+    Holder(u32),
     /// The robots that match a filter.
     Matches(Filter, Matches),
     /// The plans of robots.
@@ -200,6 +213,8 @@ pub enum Fact {
     Values(Vec<(ColumnName, f32)>),
     /// The selected robot's order.
     Order(Option<RobotOrder>),
+    /// The selected robot's order, as the fleet manager names it.
+    NamedOrder(Option<NamedOrder>),
     /// The figures of the fleet's work, with their run; `None` if nobody publishes them.
     Work(Option<(u64, WorkFigures)>),
 }

@@ -9,6 +9,7 @@ mod file_dialog;
 mod fleet_state;
 mod frame_pacing;
 mod opened;
+mod picture_request;
 mod settings_store;
 mod surface;
 mod udp;

@@ -1,4 +1,5 @@
-//! The figures of the fleet's work, for those who watch it: the same as at the end of the run.
+//! The figures of the fleet's work, for those who watch it: the same as at the end of the run, but
+//! for the current rate of orders.
 
 use regatta_orders::Figures;
 use regatta_plugin::activity::Activity;
@@ -78,7 +79,7 @@ fn figures(orders: &Figures, waiting: f64) -> WorkFigures {
         finished: by_state.finished as u64,
         open: open as u64,
         failed: by_state.failed as u64,
-        orders_per_hour: orders.orders_per_hour as f32,
+        orders_per_hour: orders.recent_orders_per_hour as f32,
         service_p50_secs,
         service_p99_secs,
         waiting: waiting as f32,
@@ -106,8 +107,15 @@ mod tests {
             unplaced: 256,
         };
         let service = Durations { p50_secs: 60.0, p99_secs: 90.0, ..Durations::default() };
-        let orders = Figures { orders: by_state, service, ..Figures::default() };
+        let orders = Figures {
+            orders: by_state,
+            service,
+            orders_per_hour: 3_000.0,
+            recent_orders_per_hour: 6_500.0,
+            ..Figures::default()
+        };
         let found = figures(&orders, 0.25);
+        assert_eq!(found.orders_per_hour, 6_500.0, "the current rate");
         assert_eq!((found.open, found.finished, found.failed), (399, 16, 32));
         assert_eq!((found.service_secs(), found.waiting), (Some([60.0, 90.0]), 0.25));
         let begun = figures(&Figures { orders: ByState::default(), ..orders }, 0.0);

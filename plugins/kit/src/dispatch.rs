@@ -33,7 +33,7 @@ pub enum DispatchError {
     #[error("fleet '{0}' has no world; is it running?")]
     NoWorld(FleetName),
     /// The command was refused, and changed nothing.
-    #[error("refused: {}", refused(.0))]
+    #[error("refused: {}", refusal_text(.0))]
     Refused(EventRecord),
     /// The command was refused, because another process moves the robots.
     #[error(
@@ -196,8 +196,8 @@ impl Dispatcher {
     }
 }
 
-/// Returns the reason of a refusal.
-fn refused(answer: &EventRecord) -> String {
+/// Returns the reason of a refusal in words, such as `edge 9 is closed`.
+pub fn refusal_text(answer: &EventRecord) -> String {
     use Refusal::*;
     let id = answer.id;
     let reasons = [

@@ -4,9 +4,7 @@ mod table;
 
 use std::collections::BTreeMap;
 
-use egui::text::{CCursor, CCursorRange};
-use egui::text_edit::TextEditState;
-use egui::{Align2, Color32, FontId, Id, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
+use egui::{Align2, Color32, FontId, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
 use glam::Vec2;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactLevel;
@@ -18,7 +16,7 @@ use super::context::{PanelContext, Request};
 use super::filter::{FilterChoices, is_matching};
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
-use super::search::{self, Found};
+use super::search::{self, Found, Suggestions, select_all};
 use super::style::{self, ThemeColours, activity_colour, one_line};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
@@ -51,7 +49,7 @@ const WIDE: &[Column] = &[
 
 /// The explanation of the search.
 const SEARCH: &str = "Id or activity of a robot. With Enter, also n12 for a node, e12 for an edge, \
-                      o12 for an order, and the name of a station, a node or an edge";
+                      o12 for an order, and the name of a station, a node, an edge or an order";
 /// The opacity of the row of a robot that doesn't match the filter.
 const DIMMED: f32 = 0.35;
 
@@ -70,6 +68,7 @@ pub(super) struct FleetPanel {
     filter: FilterChoices,
     query: RowQuery,
     pub list: VirtualList,
+    suggestions: Suggestions,
     /// Whether the search field requests the keyboard focus.
     requests_focus: bool,
     /// The rows while the pointer is over them: they don't move then.
@@ -101,11 +100,15 @@ impl FleetPanel {
             return;
         };
         let query = self.query.clone();
-        let held = self.held_rows(
-            ui,
-            context.model.rows.filter(|rows| rows.query == query && !query.is_plain()),
-        );
+        let newest = context.model.rows.filter(|rows| rows.query == query && !query.is_plain());
+        let held = self.held_rows(ui, newest);
         let rows = held.as_ref();
+        if rows.is_some_and(|rows| rows.ids.is_empty()) && !query.filter.trim().is_empty() {
+            if let Some(found) = self.suggestions.show(context, &query.filter, ui) {
+                self.go_to_other(context, found);
+            }
+            return;
+        }
         let levels = contact_levels(context.model);
         let count = rows.map_or(frame.len(), |rows| rows.ids.len());
         let selected = context.selection.robots();
@@ -168,16 +171,22 @@ impl FleetPanel {
 
     /// Goes to the place that the text of the search names, or shows the robots with an order.
     fn find_other(&mut self, context: &PanelContext<'_>) {
-        match search::find(&context.model.world, &self.query.filter) {
-            Some(Found::Place(item)) => go_to(context, item),
-            Some(Found::Order(number)) => {
+        if let Some(found) = search::find(&context.model.world, &self.query.filter) {
+            return self.go_to_other(context, found);
+        }
+        let text = self.query.filter.trim();
+        match context.model.recording() {
+            Some(_) => context.notify(format!("there is no robot, place or name '{text}'")),
+            None => context.act(Action::FindOrder(text.to_owned())),
+        }
+    }
+
+    fn go_to_other(&mut self, context: &PanelContext<'_>, found: Found) {
+        match found {
+            Found::Place(item) => go_to(context, item),
+            Found::Order(number) => {
                 let order = OrderFilter::Number(number);
                 context.ask(Request::Filter(Filter { order, ..context.filter.clone() }));
-            }
-            None => {
-                let text = self.query.filter.trim();
-                context.notify(format!("there is no robot, place or name '{text}'"));
-                return;
             }
         }
         // The list shows all robots again.
@@ -223,14 +232,6 @@ impl FleetPanel {
 fn go_to(context: &PanelContext<'_>, item: Item) {
     context.ask(Request::Select(Some(item)));
     context.ask(Request::FlyToSelected);
-}
-
-/// Selects the text of a field, so that the next letter replaces it.
-fn select_all(ui: &Ui, field: Id, text: &str) {
-    let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
-    let end = CCursor::new(text.chars().count());
-    state.cursor.set_char_range(Some(CCursorRange::two(CCursor::default(), end)));
-    state.store(ui.ctx(), field);
 }
 
 fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[Column]) {

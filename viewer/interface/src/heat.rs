@@ -62,16 +62,21 @@ impl HeatLegend {
     }
 }
 
-/// Returns the time that the figures are about, as a text: the periods are longer than their names
-/// by a part that isn't over yet.
-pub(super) fn period_text(period: Period, secs: f32) -> String {
+/// Formats a time of some seconds or minutes.
+pub(super) fn duration_text(secs: f32) -> String {
     let secs = secs.round() as u32;
     let (minutes, rest) = (secs / 60, secs % 60);
-    let length = match (minutes, rest) {
+    match (minutes, rest) {
         (0..2, _) => format!("{secs} s"),
         (_, 0) => format!("{minutes} min"),
         _ => format!("{minutes} min {rest} s"),
-    };
+    }
+}
+
+/// Returns the time that the figures are about, as a text: the periods are longer than their names
+/// by a part that isn't over yet.
+pub(super) fn period_text(period: Period, secs: f32) -> String {
+    let length = duration_text(secs);
     match period {
         Period::Minute | Period::TenMinutes => format!("last {length}"),
         Period::Run => format!("the run so far ({length})"),

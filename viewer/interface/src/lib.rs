@@ -113,8 +113,9 @@ impl Interface {
     /// in points, and the actions that the caller carries out.
     pub fn show(&mut self, ui: &mut Ui, model: &ViewModel<'_>) -> (Rect, Vec<Action>) {
         let (mut actions, level) = (Vec::new(), self.level().map(str::to_owned));
-        self.apply_style(ui);
         self.shortcuts(ui.ctx(), model, &mut actions);
+        // After the keys, so that no picture is half in the one and half in the other theme.
+        self.apply_style(ui);
         self.last.typing = ui.ctx().egui_wants_keyboard_input();
         if let Some(frame) = model.frame {
             self.selection_panel.record(&frame, self.selection.robot());
@@ -162,6 +163,10 @@ impl Interface {
             (area, self.pointer.handle(ui, area, camera, is_measuring, &mut actions))
         });
         let (area, pointer) = shown.inner;
+        // Before the elements over the picture, so that they are drawn with the picture's camera.
+        self.move_camera(ui, area, model);
+        self.last.camera = self.camera_controller.camera();
+        let legend = self.last.legend;
         self.present(model, &mut actions, |interface, context| {
             interface.over_picture(context, ui.ctx(), area, pointer);
         });
@@ -169,8 +174,8 @@ impl Interface {
             self.notify(message);
         }
         actions.append(&mut self.undoing);
-        self.move_camera(ui, area, model);
-        if self.level() != level.as_deref() {
+        let has_moved = self.camera_controller.camera() != self.last.camera;
+        if self.level() != level.as_deref() || has_moved || self.last.legend != legend {
             ui.ctx().request_repaint();
         }
         (area.picture, self.timely(level.as_deref(), actions))

@@ -1,8 +1,10 @@
 //! The menu of a robot, a node or an edge, which a right click opens: commands to the fleet, each
 //! undone by the same menu.
 
-use egui::{Area, Button, Frame, Id, Order, Pos2, Rect, RichText, Ui};
+use egui::containers::menu::menu_style;
+use egui::{Align, Area, Button, Frame, Id, Layout, Order, Pos2, Rect, RichText, Ui};
 use regatta_plugin::frame::RobotState;
+use regatta_scene::names::{edge_name, node_name};
 
 use super::camera_controller::Follow;
 use super::context::{PanelContext, Request};
@@ -12,6 +14,9 @@ use crate::commands::UserCommand;
 
 /// The maximum number of robots that one click sends commands to. Each command has an answer.
 const MOST_ROBOTS: usize = 64;
+
+/// The width of the menu, in points.
+const WIDTH: f32 = 210.0;
 
 /// The menu, as far as it is open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,16 +66,11 @@ impl Menu {
             .constrain_to(visible);
         let shown = area.fade_in(false).show(ctx, |ui| {
             Frame::popup(ui.style()).show(ui, |ui| {
-                ui.set_max_width(230.0);
-                ui.spacing_mut().item_spacing.y = 3.0;
-                ui.label(RichText::new(title(context, menu.item)).strong());
-                for entry in entries(context, menu.item) {
-                    is_done |= show_entry(context, ui, entry);
-                }
-                is_done |= view_entries(context, ui, menu.item);
-                if let Some(reason) = unsteerable(context.model) {
-                    ui.label(style::faint(ui, reason));
-                }
+                ui.set_width(WIDTH);
+                ui.with_layout(Layout::top_down_justified(Align::LEFT), |ui| {
+                    menu_style(ui.style_mut());
+                    is_done |= rows(context, ui, menu.item);
+                });
             });
         });
         let pressed_elsewhere = ctx.input(|input| {
@@ -88,14 +88,36 @@ impl Menu {
     }
 }
 
+/// Shows the rows of the menu, each as wide as the menu. Returns whether one was clicked.
+fn rows(context: &PanelContext<'_>, ui: &mut Ui, item: Item) -> bool {
+    ui.label(RichText::new(title(context, item)).strong());
+    let mut is_done = false;
+    for entry in entries(context, item) {
+        is_done |= show_entry(context, ui, entry);
+    }
+    is_done |= view_entries(context, ui, item);
+    if let Some(reason) = unsteerable(context.model) {
+        ui.label(style::faint(ui, reason));
+    }
+    is_done
+}
+
+/// The heading, in the names of the panels and the labels.
 fn title(context: &PanelContext<'_>, item: Item) -> String {
+    let world = &context.model.world;
     match item {
         Item::Robot(robot) => match robots_with(context, robot).len() {
             1 => format!("Robot {robot}"),
             count => format!("Robot {robot} and {} more", count - 1),
         },
-        Item::Edge(index) => format!("Edge {}", edge_id(context.model, index)),
-        Item::Node(index) => format!("Node {}", node_id(context.model, index)),
+        Item::Edge(index) => {
+            let edge = world.edges().get(index as usize);
+            format!("Edge {}", edge.map_or_else(String::new, |edge| edge_name(world, edge)))
+        }
+        Item::Node(index) => {
+            let node = world.nodes().get(index as usize);
+            format!("Node {}", node.map_or_else(String::new, |node| node_name(world, node)))
+        }
     }
 }
 
@@ -151,21 +173,18 @@ fn show_entry(context: &PanelContext<'_>, ui: &mut Ui, entry: Entry) -> bool {
 /// Shows the entries that change only the view. Returns whether one was clicked.
 fn view_entries(context: &PanelContext<'_>, ui: &mut Ui, item: Item) -> bool {
     ui.separator();
-    ui.horizontal(|ui| {
-        if ui.button("Select").clicked() {
-            context.ask(Request::Select(Some(item)));
-            return true;
-        }
-        if let Item::Robot(robot) = item
-            && context.model.pose(robot, context.offset).is_some()
-            && ui.button("Follow").clicked()
-        {
-            context.ask(Request::Follow(Some((robot, Follow::Behind))));
-            return true;
-        }
-        false
-    })
-    .inner
+    let selects = ui.button("Select").clicked();
+    if selects {
+        context.ask(Request::Select(Some(item)));
+    }
+    if let Item::Robot(robot) = item
+        && context.model.pose(robot, context.offset).is_some()
+        && ui.button("Follow").clicked()
+    {
+        context.ask(Request::Follow(Some((robot, Follow::Behind))));
+        return true;
+    }
+    selects
 }
 
 /// The reason for which this fleet takes no commands now; `None` if it takes them.

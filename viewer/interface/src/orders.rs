@@ -48,6 +48,18 @@ pub struct RobotOrder {
     pub is_handling: bool,
 }
 
+/// A robot's order as the fleet manager tells it. Unlike those of [`OpenOrders`], it may have begun
+/// before this program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedOrder {
+    /// The robot, by id.
+    pub robot: u32,
+    /// The name, as `regatta orders list` prints it.
+    pub name: String,
+    /// Its facts; the number is 0.
+    pub order: RobotOrder,
+}
+
 impl OpenOrders {
     /// Takes the records of a tick of a run.
     pub fn take(&mut self, run: u64, records: &[OrderRecord]) {

@@ -48,6 +48,11 @@ impl Messages {
         self.0.drain(..surplus);
     }
 
+    /// Hides a message.
+    pub fn remove(&mut self, text: &str) {
+        self.0.retain(|message| message.text != text);
+    }
+
     fn show(&mut self, context: &PanelContext<'_>, ctx: &egui::Context, placement: &mut Placement) {
         let now = ctx.input(|input| input.time);
         for message in &mut self.0 {

@@ -40,6 +40,9 @@ pub fn metres_text(metres: f32) -> String {
 /// The room that coordinates take at the left and at the upper side, in points.
 const RULERS: egui::Vec2 = vec2(50.0, 22.0);
 
+/// The height of a number of an axis, in points.
+const AXIS_NUMBER: f32 = 14.0;
+
 /// The places of the scale bar and of the arrow to the north, as far as there is room for them.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanScale {
@@ -145,9 +148,17 @@ fn coordinates(
         if at < clip.top() + 26.0 || at > clip.bottom() - 8.0 {
             continue;
         }
-        tick(pos2(clip.left(), at), pos2(clip.left() + 6.0, at));
-        write(pos2(clip.left() + 9.0, at), Align2::LEFT_CENTER, metres_text(y));
+        let left = beside(placement, clip.left(), at);
+        tick(pos2(left, at), pos2(left + 6.0, at));
+        write(pos2(left + 9.0, at), Align2::LEFT_CENTER, metres_text(y));
     }
+}
+
+/// Returns where the axis of y is at a height: at the left side, or beside the legend there.
+fn beside(placement: &Placement, left: f32, at: f32) -> f32 {
+    let number = Rect::from_center_size(pos2(left, at), vec2(2.0 * RULERS.x, AXIS_NUMBER));
+    let legend = placement.place_of(LEGEND).filter(|legend| legend.intersects(number));
+    legend.map_or(left, |legend| legend.right())
 }
 
 /// Draws the scale bar.
@@ -191,6 +202,17 @@ fn north(painter: &Painter, at: Pos2, yaw: f32, colours: &ThemeColours) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_axis_of_y_makes_room_for_the_legend() {
+        let mut placement = Placement::new(Rect::from_min_size(Pos2::ZERO, vec2(800.0, 600.0)));
+        assert_eq!(beside(&placement, 0.0, 500.0), 0.0, "no legend");
+        let legend = placement.take(LEGEND, vec2(90.0, 200.0), Align2::LEFT_BOTTOM);
+        let legend = legend.expect("room");
+        assert_eq!(beside(&placement, 0.0, 500.0), legend.right());
+        assert_eq!(beside(&placement, 0.0, 100.0), 0.0, "above the legend");
+        assert_eq!(beside(&placement, 0.0, legend.top() - 4.0), legend.right(), "half of a number");
+    }
 
     #[test]
     fn steps_are_round_and_texts_short() {

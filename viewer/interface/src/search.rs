@@ -1,8 +1,17 @@
 //! The search for places and orders by a text.
 
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditState;
+use egui::{Id, Ui};
 use regatta_plugin::World;
 
+use super::context::PanelContext;
+use super::style;
 use super::view_model::Item;
+use crate::text::with_plural;
+
+/// The largest number of places that are listed.
+const SUGGESTED: usize = 12;
 
 /// Something that is found by a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,26 +45,110 @@ fn index(mut ids: impl Iterator<Item = u32>, number: u64) -> Option<u32> {
     ids.position(|id| u64::from(id) == number).map(|index| index as u32)
 }
 
-/// Finds a name, whatever the case of its letters: one that is equal, or else one that begins so.
+/// Finds a name, whatever the case of its letters: one that is equal, or else one that begins so,
+/// or else one that contains the text.
 fn by_name(world: &World<'_>, text: &str) -> Option<Item> {
-    if text.is_empty() {
-        return None;
+    let mut found = places(world, text);
+    found.sort_by_key(|place| place.fit);
+    found.first().map(|place| place.item)
+}
+
+/// How well a name fits a text, the best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Fit {
+    Equal,
+    Beginning,
+    Part,
+}
+
+/// A place whose name fits a text.
+#[derive(Clone, Debug)]
+struct NamedPlace {
+    item: Item,
+    name: String,
+    fit: Fit,
+}
+
+/// Returns the nodes, stations and edges whose names contain a text, whatever the case of its
+/// letters.
+fn places(world: &World<'_>, text: &str) -> Vec<NamedPlace> {
+    let wanted = text.trim().to_lowercase();
+    if wanted.is_empty() {
+        return Vec::new();
     }
     let nodes = (0..).zip(world.nodes()).map(|(index, node)| (Item::Node(index), node.name));
     let stations = world.other_names().iter().map(|other| (Item::Node(other.node), other.name));
     let edges = (0..).zip(world.edges()).map(|(index, edge)| (Item::Edge(index), edge.name));
-    let wanted = text.to_lowercase();
-    let mut beginning = None;
-    for (item, name) in nodes.chain(stations).chain(edges) {
-        let name = world.text(name).to_lowercase();
-        if name == wanted {
-            return Some(item);
+    let named = nodes.chain(stations).chain(edges).filter_map(|(item, name)| {
+        let name = world.text(name);
+        let lower = name.to_lowercase();
+        let fit = match lower.find(&wanted)? {
+            0 if lower == wanted => Fit::Equal,
+            0 => Fit::Beginning,
+            _ => Fit::Part,
+        };
+        Some(NamedPlace { item, name: name.to_owned(), fit })
+    });
+    named.collect()
+}
+
+/// The places whose names contain the text of the search, which are shown where no robot matches.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Suggestions {
+    /// The text, and the number of nodes of the world in which places were looked up.
+    of: (String, usize),
+    places: Vec<NamedPlace>,
+}
+
+impl Suggestions {
+    /// Shows the places, or what to do instead. Returns the one that was clicked.
+    pub fn show(&mut self, context: &PanelContext<'_>, text: &str, ui: &mut Ui) -> Option<Found> {
+        let world = &context.model.world;
+        let wanted = (text.to_owned(), world.nodes().len());
+        if self.of != wanted {
+            (self.of, self.places) = (wanted, places(world, text));
+            self.places.sort_by(|a, b| (a.fit, &a.name).cmp(&(b.fit, &b.name)));
         }
-        if beginning.is_none() && name.starts_with(&wanted) {
-            beginning = Some(item);
+        let number = by_number(world, text.trim());
+        ui.label(style::faint(ui, told(number, self.places.len())));
+        let mut clicked = None;
+        for place in self.places.iter().take(SUGGESTED) {
+            let kind = if matches!(place.item, Item::Edge(_)) { "edge" } else { "node" };
+            if ui.link(format!("{kind} {}", place.name)).clicked() {
+                clicked = Some(Found::Place(place.item));
+            }
         }
+        clicked
     }
-    beginning
+}
+
+/// Returns what matches a search that no robot matches, as a text.
+fn told(number: Option<Found>, places: usize) -> String {
+    match (number, places) {
+        (Some(Found::Order(_)), _) => {
+            "No robot matches. Press Enter to see the robot with this order.".to_owned()
+        }
+        (Some(Found::Place(_)), _) => "No robot matches. Press Enter to go there.".to_owned(),
+        (None, 0) => {
+            "No robot and no place matches. Press Enter to look for an order of this name."
+                .to_owned()
+        }
+        (None, count) if count > SUGGESTED => {
+            format!(
+                "No robot matches. The first {SUGGESTED} of {} are:",
+                with_plural(count as u64, "place")
+            )
+        }
+        (None, _) => "No robot matches. Places with this name are:".to_owned(),
+    }
+}
+
+/// Selects the text of a field, so that the next letter replaces it.
+pub(super) fn select_all(ui: &Ui, field: Id, text: &str) {
+    let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
+    let end = CCursor::new(text.chars().count());
+    state.cursor.set_char_range(Some(CCursorRange::two(CCursor::default(), end)));
+    state.store(ui.ctx(), field);
 }
 
 #[cfg(test)]
@@ -80,6 +173,7 @@ mod tests {
             (" e9 ", Some(Found::Place(Item::Edge(0)))),
             ("dock 12", Some(Found::Place(Item::Node(1)))),
             ("DOCK", Some(Found::Place(Item::Node(1)))),
+            ("ock 1", Some(Found::Place(Item::Node(1)))),
             ("ramp", Some(Found::Place(Item::Edge(0)))),
             ("o123", Some(Found::Order(123))),
             ("n8", None),

@@ -165,6 +165,7 @@ impl SelectionPanel {
         };
         let name = node_name(&context.model.world, node);
         ui.label(RichText::new(format!("Node {name}")).size(20.0));
+        stations(context, ui, index);
         texts(context, ui, [node.level, node.zone]);
         id_beside(ui, &name, node.id);
         if node.role() != Role::None {
@@ -194,6 +195,14 @@ impl SelectionPanel {
                 }
             });
         }
+    }
+}
+
+/// Shows the other names of a node: those of its stations.
+fn stations(context: &PanelContext<'_>, ui: &mut Ui, index: u32) {
+    let world = &context.model.world;
+    for other in world.other_names().iter().filter(|other| other.node == index) {
+        line(ui, "station", world.text(other.name));
     }
 }
 

@@ -86,7 +86,7 @@ impl SpotsPanel {
             let response = clickable(ui, rect, row as u32, is_marked, &colours, || {
                 format!("hot spot {}", row + 1)
             });
-            cells(ui.painter(), rect, row, (spot, context.model), &colours);
+            cells(ui.painter(), rect, (spot, context.model), &colours);
             if response.on_hover_text(details(spot)).clicked() {
                 clicked = Some(spot.clone());
             }
@@ -115,16 +115,17 @@ impl SpotsPanel {
     }
 }
 
-/// Right edges of the columns, as fractions of the width; the last one begins at the one before.
-const COLUMNS: [f32; 4] = [0.09, 0.30, 0.49, 0.54];
+/// Right edges of the columns, as fractions of the width; the last one begins at its own. Rows have
+/// no numbers: those of the heat map's labels are ranks by another figure.
+const COLUMNS: [f32; 3] = [0.21, 0.40, 0.45];
 
 fn header(ui: &mut Ui, colours: &ThemeColours) {
     let (rect, _) =
         ui.allocate_exact_size(egui::vec2(ui.available_width() - 10.0, 15.0), egui::Sense::hover());
-    for (right, name) in COLUMNS.into_iter().zip(["", "lost s", "since"]) {
+    for (right, name) in COLUMNS.into_iter().zip(["lost s", "since"]) {
         write(ui.painter(), rect, (right, Align2::RIGHT_CENTER), name.to_owned(), colours.faint);
     }
-    write(ui.painter(), rect, (COLUMNS[3], Align2::LEFT_CENTER), "edges".to_owned(), colours.faint);
+    write(ui.painter(), rect, (COLUMNS[2], Align2::LEFT_CENTER), "edges".to_owned(), colours.faint);
 }
 
 fn write(
@@ -146,18 +147,16 @@ fn write(
 fn cells(
     painter: &Painter,
     rect: Rect,
-    row: usize,
     (spot, model): (&Spot, &ViewModel<'_>),
     colours: &ThemeColours,
 ) {
     let right = Align2::RIGHT_CENTER;
-    write(painter, rect, (COLUMNS[0], right), (row + 1).to_string(), colours.faint);
     let lost = if spot.contact_secs > 0.0 { colours.bad } else { colours.text };
-    write(painter, rect, (COLUMNS[1], right), thousands(spot.lost_secs().round() as u64), lost);
-    write(painter, rect, (COLUMNS[2], right), clock(spot.seen[0]), colours.faint);
+    write(painter, rect, (COLUMNS[0], right), thousands(spot.lost_secs().round() as u64), lost);
+    write(painter, rect, (COLUMNS[1], right), clock(spot.seen[0]), colours.faint);
     let edges = spot.edges.iter().filter_map(|edge| model.world.edges().get(*edge as usize));
     let names: Vec<_> = edges.map(|edge| edge_name(&model.world, edge)).take(2).collect();
-    write(painter, rect, (COLUMNS[3], Align2::LEFT_CENTER), names.join(" "), colours.text);
+    write(painter, rect, (COLUMNS[2], Align2::LEFT_CENTER), names.join(" "), colours.text);
     trend(painter, pos2(rect.right() - 10.0, rect.center().y), spot.trend, colours);
 }
 

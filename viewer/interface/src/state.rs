@@ -7,7 +7,7 @@ use std::path::Path;
 use egui::Rect;
 use glam::Vec2;
 use regatta_scene::Marked;
-use regatta_scene::camera::Window;
+use regatta_scene::camera::{Camera, Window};
 use regatta_scene::curves::midpoint;
 use regatta_scene::palette::Theme;
 
@@ -93,6 +93,8 @@ pub(super) struct LastPicture {
     pub typing: bool,
     /// The part of the picture that no panel covered.
     pub window: Window,
+    /// The camera with which the elements over the picture were drawn.
+    pub camera: Camera,
     /// The elements over the picture.
     pub placement: Placement,
     /// The room of the legend, also where there is none for it.
@@ -106,6 +108,7 @@ impl Interface {
     pub fn new(settings: Settings, camera_controller: CameraController) -> Self {
         // Nothing is selected yet, so that its panel would be empty.
         let right = settings.right.filter(|open| *open != RightPanel::Selection);
+        let camera = camera_controller.camera();
         Self {
             view: ViewPanel::new(&settings),
             settings: Settings { right, ..settings },
@@ -136,6 +139,7 @@ impl Interface {
                 plots: false,
                 typing: false,
                 window: Window::whole(16.0 / 9.0),
+                camera,
                 placement: Placement::new(Rect::ZERO),
                 legend: LegendRoom { left: LEGEND_ROOM, below: 0.0 },
                 reveals: false,
@@ -156,12 +160,28 @@ impl Interface {
         self.messages.add(text.into());
     }
 
+    /// Hides a message.
+    pub fn dismiss(&mut self, text: &str) {
+        self.messages.remove(text);
+    }
+
+    /// The camera of the picture that was shown last. The elements over it were drawn with it,
+    /// while a click on one of them may already have moved the camera on.
+    pub fn shown_camera(&self) -> Camera {
+        self.last.camera
+    }
+
     /// Selects one item or nothing, and opens the selection panel for an item. The camera stays
     /// where it is, since the next click is aimed at what is there.
     pub fn select(&mut self, item: Option<Item>) {
         self.selection.set(item);
         self.open_selection();
         self.stay();
+    }
+
+    /// Selects a robot and shows where it is.
+    pub fn show_robot(&mut self, robot: u32) {
+        self.select_in_sight(Some(Item::Robot(robot)));
     }
 
     /// As [`Self::select`], by a key or in a panel: the item may be out of sight, and a camera that

@@ -6,6 +6,7 @@ use egui::{FontId, Label, RichText, Ui};
 use regatta_plugin::work::WorkFigures;
 
 use super::context::PanelContext;
+use super::heat::duration_text;
 use super::style;
 use super::text::{thousands, with_plural};
 use super::transport::clock_text;
@@ -20,6 +21,9 @@ const GAP: f32 = 18.0;
 const WITHIN: f32 = 5.0;
 /// The size of its text, in points.
 const TEXT: f32 = 12.5;
+
+/// The time of which the manager tells the rate of orders, in seconds.
+const RECENT_SECS: f64 = 600.0;
 
 /// A figure: its name, its value, and an explanation.
 struct Item {
@@ -66,7 +70,9 @@ fn items(figures: &WorkFigures) -> [Item; 6] {
             name: "orders an hour",
             value: thousands(figures.orders_per_hour.round() as u64),
             hint: format!(
-                "{} finished in {since} of simulated time",
+                "The current rate: finished orders an hour of the last {}. {} finished in {since} \
+                 of simulated time.",
+                duration_text(figures.secs.min(RECENT_SECS) as f32),
                 with_plural(figures.finished, "order")
             )
             .into(),
@@ -142,6 +148,11 @@ mod tests {
                 "busy 340 of 1,400 robots",
                 "open 1 order"
             ]
+        );
+        assert_eq!(
+            items(&figures)[0].hint,
+            "The current rate: finished orders an hour of the last 10 min. 7,654 orders finished \
+             in 1:00:00.0 of simulated time."
         );
         let begun = WorkFigures { service_p50_secs: f32::NAN, ..figures };
         assert_eq!(items(&begun)[1].value, "–", "no order is finished");

@@ -2,13 +2,13 @@
 //! and a part that is repeated.
 
 use egui::{
-    Align2, FontId, Label, Modifiers, Painter, Pos2, Rect, Response, RichText, Sense, Ui, pos2,
-    vec2,
+    FontId, Label, Modifiers, Painter, Pos2, Rect, Response, RichText, Sense, Ui, pos2, vec2,
 };
 use regatta_plugin::control::{ControlKind, ControlRequest};
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
 use super::context::PanelContext;
+use super::heat::duration_text;
 use super::icons::{self, Icon};
 use super::notes::Notes;
 use super::style::{self, ThemeColours};
@@ -82,6 +82,14 @@ fn rest(ui: &mut Ui, text: RichText) {
     if !text.is_empty() && ui.available_width() > LEAST_REST {
         ui.add(Label::new(text).truncate());
     }
+}
+
+/// Returns how much of a live run is kept, as a text.
+fn kept_text(nanos: u64) -> String {
+    format!(
+        "The last {} of the run are kept: ten minutes, or less of a large fleet.",
+        duration_text(nanos as f32 * 1e-9)
+    )
 }
 
 /// Returns the number of marks that there is no room for, as a text.
@@ -190,13 +198,7 @@ impl TimelinePanel {
         }
         self.shows_past |= self.notes.field(context, ui);
         rest(ui, RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
-        let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
-        let megabytes = live.bytes as f64 / f64::from(1 << 20);
-        let text = format!(
-            "{kept} kept of at most ten minutes, in {megabytes:.0} of at most {} MB",
-            Live::BUDGET >> 20
-        );
-        rest(ui, style::faint(ui, text));
+        rest(ui, style::faint(ui, kept_text(timeline.end.saturating_sub(timeline.start))));
         if live.is_past {
             rest(
                 ui,
@@ -404,6 +406,9 @@ pub(super) fn describe(timeline: &Timeline<'_>, rect: Rect, time: u64) -> String
     text
 }
 
+/// The least distance of a text from the playhead, in points.
+const PLAYHEAD_GAP: f32 = 6.0;
+
 /// Paints the timeline at a time.
 pub(super) fn paint(
     panel: &TimelinePanel,
@@ -439,13 +444,20 @@ pub(super) fn paint(
     painter.circle_filled(Pos2::new(x(now), bar.center().y), 5.0, colours.text);
     if timeline.live.is_none() && timeline.marks.is_empty() && timeline.searched >= timeline.end {
         let font = FontId::proportional(10.0);
-        painter.text(
-            rect.left_top(),
-            Align2::LEFT_TOP,
-            "no contacts, faults, stops or notes",
-            font,
-            colours.faint,
-        );
+        let text = "no contacts, faults, stops or notes".to_owned();
+        let text = painter.layout_no_wrap(text, font, colours.faint);
+        let at = pos2(beside_playhead(rect, x(now), text.size().x), rect.top());
+        painter.galley(at, text, colours.faint);
+    }
+}
+
+/// Returns where a text of a width begins, so that the playhead doesn't run through it.
+fn beside_playhead(rect: Rect, playhead: f32, width: f32) -> f32 {
+    let is_clear = playhead < rect.left() || playhead > rect.left() + width + PLAYHEAD_GAP;
+    let right = playhead + PLAYHEAD_GAP;
+    match is_clear || right + width > rect.right() {
+        true => rect.left(),
+        false => right,
     }
 }
 

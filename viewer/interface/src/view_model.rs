@@ -20,7 +20,7 @@ use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
 use crate::commands::UserCommand;
 use crate::jams::JamFacts;
-use crate::orders::RobotOrder;
+use crate::orders::{NamedOrder, RobotOrder};
 use crate::robot_filter::{Filter, Matches, activity_of};
 
 /// The state of the engine, as seen by the viewer.
@@ -85,6 +85,8 @@ pub struct ViewModel<'a> {
     pub values: &'a [(ColumnName, f32)],
     /// The selected robot's order, if the order log has named it.
     pub order: Option<RobotOrder>,
+    /// The order of the selected robot, as its manager names it.
+    pub named_order: Option<&'a NamedOrder>,
     /// The figures of the fleet's work with their run, if a fleet manager publishes them.
     pub work: Option<(u64, WorkFigures)>,
     /// The rest of the selected robot's route, if it is known.
@@ -160,6 +162,8 @@ impl Live {
 /// A request of the user that is carried out outside of the interface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
+    /// Look for the robot with the order of this name.
+    FindOrder(String),
     /// Send a request to the engine.
     Control(ControlRequest),
     /// Select the item at a point of the picture.

@@ -1,6 +1,7 @@
 //! The part of the selection panel about the work that a fleet manager gives a robot.
 
 use egui::Ui;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, WAITS_FOR};
 use regatta_plugin::order::StopAction;
 use regatta_plugin::world::NodeRecord;
@@ -12,31 +13,32 @@ use super::view_model::{Item, ViewModel};
 /// The columns that this part shows.
 pub const COLUMNS: [&str; 4] = [ACTIVITY.name(), WAITS_FOR.name(), GOAL.name(), BATTERY.name()];
 
-/// Shows the blocker, the goal, the order and the battery of the selected robot, if
-/// they are published.
+/// Shows the order, the goal, the blocker and the battery of the selected robot, as far as it has
+/// them and they are published.
 pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
     let [activity, waits_for, goal, battery] = COLUMNS.map(|name| context.model.value(name));
-    if [activity, waits_for, goal, battery].iter().all(Option::is_none)
-        && context.model.order.is_none()
-    {
+    let goal = goal.filter(|_| !is_idle(activity));
+    let goal = goal.and_then(|goal| node_of(context.model, goal));
+    let blocker = waits_for.and_then(|other| WAITS_FOR.element(other));
+    let charge = battery.and_then(|value| BATTERY.element(value));
+    let has_order = context.model.order.is_some() || context.model.named_order.is_some();
+    if !has_order && goal.is_none() && blocker.is_none() && charge.is_none() {
         return;
     }
     heading(ui, "work");
     order(context, ui);
     let mut next = None;
-    if let Some(goal) = goal {
-        let node = node_of(context.model, goal);
-        if link(ui, "goal", node.map(|(_, node)| name_of(context.model, node))) {
-            next = node.map(|(index, _)| Item::Node(index));
-        }
+    if let Some((index, node)) = goal
+        && link(ui, "goal", name_of(context.model, node))
+    {
+        next = Some(Item::Node(index));
     }
-    if let Some(other) = waits_for {
-        let other = WAITS_FOR.element(other);
-        if link(ui, "waits for", other.map(|id| format!("robot {id}"))) {
-            next = other.map(Item::Robot);
-        }
+    if let Some(other) = blocker
+        && link(ui, "waits for", format!("robot {other}"))
+    {
+        next = Some(Item::Robot(other));
     }
-    if let Some(charge) = battery.and_then(|value| BATTERY.element(value)) {
+    if let Some(charge) = charge {
         line(ui, "battery", format!("{charge:.0} %"));
     }
     if next.is_some() {
@@ -44,9 +46,19 @@ pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
     }
 }
 
+/// Whether a robot with this value of the column `activity` has nothing to do. Its last goal is
+/// where it stands.
+fn is_idle(activity: Option<f32>) -> bool {
+    activity.and_then(|value| ACTIVITY.element(value)) == Some(Activity::Idle)
+}
+
 fn order(context: &PanelContext<'_>, ui: &mut Ui) {
-    let Some(order) = context.model.order else { return };
-    line(ui, "order", order.number.to_string());
+    let (logged, named) = (context.model.order, context.model.named_order);
+    // The log tells changes at once, but knows no stops of orders that began before this window.
+    let complete = logged.filter(|order| order.next.is_some());
+    let Some(order) = complete.or(named.map(|named| named.order)).or(logged) else { return };
+    let name = named.map_or_else(|| order.number.to_string(), |named| named.name.clone());
+    line(ui, "order", name);
     let Some(stop) = order.next else { return };
     let node = context.model.world.nodes().iter().find(|node| node.id == stop.node);
     let place =
@@ -67,12 +79,8 @@ fn order(context: &PanelContext<'_>, ui: &mut Ui) {
     line(ui, &format!("stop {number} of {stops}"), format!("{verb} {place}"));
 }
 
-/// Shows a line whose value is a link; `none` without a value. Returns whether it was clicked.
-fn link(ui: &mut Ui, name: &str, value: Option<String>) -> bool {
-    let Some(value) = value else {
-        line(ui, name, "none");
-        return false;
-    };
+/// Shows a line whose value is a link. Returns whether it was clicked.
+fn link(ui: &mut Ui, name: &str, value: String) -> bool {
     let row = ui.horizontal(|ui| {
         ui.label(style::faint(ui, name));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

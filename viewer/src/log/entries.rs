@@ -1,6 +1,7 @@
 //! Entries of the log, made of events, contacts and orders.
 
 use regatta_interface::log::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
+use regatta_kit::dispatch::refusal_text;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord};
@@ -30,9 +31,13 @@ pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, A
         Held => (Kind::Stop, Severity::Warning, format!("robot {robot} stands, held")),
         Resumed => (Kind::Stop, Severity::Info, format!("robot {robot} resumed")),
         Refused if robot == NO_ROBOT => {
-            (Kind::Order, Severity::Warning, format!("command about {id} refused"))
+            let text = format!("a command was refused: {}", refusal_text(event));
+            (Kind::Order, Severity::Warning, text)
         }
-        Refused => (Kind::Order, Severity::Warning, format!("robot {robot}: command refused")),
+        Refused => {
+            let text = format!("robot {robot}: command refused: {}", refusal_text(event));
+            (Kind::Order, Severity::Warning, text)
+        }
         Spawned => (Kind::Robot, Severity::Info, format!("robot {robot} joined")),
         Removed => (Kind::Robot, Severity::Info, format!("robot {robot} left")),
         EdgeClosed => (Kind::Edge, Severity::Warning, format!("edge {id} closed")),

@@ -2,7 +2,7 @@
 
 use regatta_interface::log::*;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
-use regatta_plugin::event::{EventKind, EventRecord};
+use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::order::NO_ROBOT;
 
 use super::entries::{of_contact, of_event};
@@ -71,6 +71,18 @@ fn entries_are_filtered_by_kind_robot_and_text() {
         of_event(&EventRecord { kind: EventKind::ReachedNode as u32, ..EventRecord::default() }, 0)
             .is_none()
     );
+}
+
+#[test]
+fn a_refusal_tells_its_reason() {
+    let refused = |robot| {
+        let detail = Refusal::EdgeClosed as u32;
+        let kind = EventKind::Refused as u32;
+        let event = EventRecord { kind, robot, id: 9, detail, ..EventRecord::default() };
+        of_event(&event, 7).expect("an entry").0.text
+    };
+    assert_eq!(refused(5), "robot 5: command refused: edge 9 is closed");
+    assert_eq!(refused(NO_ROBOT), "a command was refused: edge 9 is closed");
 }
 
 #[test]

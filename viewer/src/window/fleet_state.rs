@@ -5,7 +5,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use glam::Vec2;
 use regatta_interface::labels::Labels;
-use regatta_interface::orders::RobotOrder;
+use regatta_interface::orders::{NamedOrder, RobotOrder};
 use regatta_interface::pose::Pose;
 use regatta_interface::robot_filter::{Filter, Matches, RobotSet};
 use regatta_interface::rows::Rows;
@@ -26,6 +26,8 @@ pub struct FleetState {
     pub labels: Labels,
     pub values: Vec<(ColumnName, f32)>,
     pub order: Option<RobotOrder>,
+    /// The order of the selected robot, as the fleet manager names it.
+    pub named_order: Option<NamedOrder>,
     /// The figures of the fleet's work, with their run.
     pub work: Option<(u64, WorkFigures)>,
     /// The filter that was requested last.
@@ -66,7 +68,22 @@ impl FleetState {
             }
             Fact::Rows(rows) => self.rows.replace(rows) != self.rows,
             Fact::Columns(columns) => std::mem::replace(&mut self.columns, columns) != self.columns,
-            Fact::Order(order) => std::mem::replace(&mut self.order, order) != self.order,
+            Fact::Order(order) => {
+                let is_another =
+                    self.order.map(|order| order.number) != order.map(|order| order.number);
+                if is_another && self.order.is_some() {
+                    // The name is that of the order before.
+                    self.named_order = None;
+                }
+                std::mem::replace(&mut self.order, order) != self.order
+            }
+            Fact::NamedOrder(order) => {
+                let is_selected = order
+                    .as_ref()
+                    .is_none_or(|order| self.values_of == Some(Item::Robot(order.robot)));
+                let order = order.filter(|_| is_selected);
+                std::mem::replace(&mut self.named_order, order) != self.named_order
+            }
             Fact::Work(work) => std::mem::replace(&mut self.work, work) != self.work,
             Fact::Values(values) => std::mem::replace(&mut self.values, values) != self.values,
         }

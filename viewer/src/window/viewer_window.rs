@@ -30,6 +30,7 @@ use super::file_dialog::FileDialog;
 use super::fleet_state::FleetState;
 use super::frame_pacing::{Due, FramePacing};
 use super::opened::OpenedFiles;
+use super::picture_request::PictureRequest;
 use super::settings_store::{SettingsError, SettingsStore};
 use super::surface::{WindowSurface, create_surface};
 use super::udp::UdpProcesses;
@@ -86,8 +87,10 @@ pub struct ViewerWindow {
     /// The file that was opened with this window.
     recording: Option<std::path::PathBuf>,
     is_hidden: bool,
-    /// Whether the next picture is written to a file instead of the screen.
-    takes_picture: bool,
+    /// The picture that is to be written to a file instead of the screen.
+    picture_request: PictureRequest,
+    /// The message about the last picture that was written, which isn't to be in the next one.
+    picture_message: Option<String>,
     is_closing: bool,
     assets: Assets,
     drawn_at: Instant,
@@ -180,7 +183,8 @@ impl ViewerWindow {
             name: options.name(),
             recording: options.recording.clone(),
             is_hidden: false,
-            takes_picture: false,
+            picture_request: PictureRequest::default(),
+            picture_message: None,
             is_closing: false,
             assets: Assets::default(),
             drawn_at: now,
@@ -309,6 +313,10 @@ impl ViewerWindow {
                     self.stage.set_routes(routes);
                     true
                 }
+                Report::Holder(robot) => {
+                    self.interface.show_robot(robot);
+                    true
+                }
                 Report::Plans(plans) => {
                     self.stage.set_plans(*plans);
                     true
@@ -374,16 +382,12 @@ impl ViewerWindow {
     pub fn draw(&mut self) -> Result {
         let start = Instant::now();
         self.frame_pacing.record_draw(start);
-        self.interface.settings.apply(&mut self.stage.scene);
+        self.take_choices();
         self.stage.colouring = self.interface.settings.colouring();
-        let robots = self.interface.robots();
-        self.stage.scene.marked = self.interface.marked();
         let is_other_level = self.stage.scene.level.as_deref() != self.interface.level();
         if is_other_level {
             self.stage.scene.level = self.interface.level().map(str::to_owned);
         }
-        self.stage.scene.selected =
-            if robots.is_empty() { self.look.select.clone() } else { robots };
         if self.fleet_state.routes_of != self.stage.scene.selected {
             self.fleet_state.routes_of.clone_from(&self.stage.scene.selected);
             self.stage.set_routes(Vec::new());
@@ -409,6 +413,8 @@ impl ViewerWindow {
         let (picture, output, actions) = self.show(start);
         let shown = Instant::now();
         self.carry_out(actions, output.pixels_per_point);
+        // Keys and clicks have changed what the panels of this picture show.
+        self.take_choices();
         self.schedule(&output, start);
         let waited = self.paint(picture, output, start)?;
         self.gpu.check_memory()?;
@@ -424,6 +430,15 @@ impl ViewerWindow {
         let saved = self.settings_store.save_later(&self.interface.settings, start);
         self.report_unsaved(saved);
         Ok(())
+    }
+
+    /// Takes the user's choices of look and selection for the scene.
+    fn take_choices(&mut self) {
+        self.interface.settings.apply(&mut self.stage.scene);
+        self.stage.scene.marked = self.interface.marked();
+        let robots = self.interface.robots();
+        self.stage.scene.selected =
+            if robots.is_empty() { self.look.select.clone() } else { robots };
     }
 
     /// Updates the state by the news of a poll.

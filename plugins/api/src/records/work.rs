@@ -1,6 +1,6 @@
 //! The work of a fleet so far: figures of its transport orders and robots, on `regatta/F/work`. The
 //! fleet manager publishes them about once in a simulated second, so that all readers, late ones
-//! too, show the figures that the manager reports at the end of the run.
+//! too, show the figures that the manager reports at the end of the run, and its current rate.
 
 use bytemuck::{Pod, Zeroable};
 #[cfg(feature = "shared-memory")]
@@ -36,7 +36,7 @@ pub struct WorkFigures {
     pub open: u64,
     /// Orders that the manager has given up.
     pub failed: u64,
-    /// Finished orders an hour of the covered time.
+    /// Finished orders an hour of the last ten minutes, or of the covered time if that is shorter.
     pub orders_per_hour: f32,
     /// The median time from when robots could have an order to its end, in seconds; NaN if no order
     /// is finished.

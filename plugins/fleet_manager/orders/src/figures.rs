@@ -1,5 +1,6 @@
 //! Figures of the pool: how many orders are finished, how long they took and how long they waited.
 
+use std::collections::VecDeque;
 use std::fmt::Write as _;
 
 use regatta_base::{grouped, thousands};
@@ -19,6 +20,9 @@ pub struct Durations {
     /// The longest.
     pub longest_secs: f64,
 }
+
+/// The time of which [`Figures::recent_orders_per_hour`] tells the rate, in seconds.
+pub const RECENT_SECS: f64 = 600.0;
 
 /// The numbers of orders by state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -42,6 +46,10 @@ pub struct Figures {
     pub secs: f64,
     /// Finished orders an hour of this time.
     pub orders_per_hour: f64,
+    /// Finished orders an hour of the last [`RECENT_SECS`], or of this time if that is shorter: the
+    /// current rate, which the empty start of a run no longer lowers.
+    #[serde(skip)]
+    pub recent_orders_per_hour: f64,
     /// Finished stops a second of this time.
     pub stops_per_sec: f64,
     /// Finished orders that were late for their deadline.
@@ -63,6 +71,8 @@ pub struct Figures {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
     service_secs: Vec<f32>,
+    /// When the orders of the last [`RECENT_SECS`] were finished, in ascending order.
+    recent: VecDeque<f64>,
     /// The waits of orders whose robot has come to the first stop.
     pub(super) waiting_secs: Vec<f32>,
     late: usize,
@@ -93,6 +103,10 @@ impl Counts {
         self.closed.add(order.state);
         if let State::Finished(_) = order.state {
             self.service_secs.push((now_secs - order.ready_secs()) as f32);
+            self.recent.push_back(now_secs);
+            while self.recent.front().is_some_and(|secs| *secs <= now_secs - RECENT_SECS) {
+                self.recent.pop_front();
+            }
             let deadline_secs = order.content.deadline_secs;
             self.late += usize::from(deadline_secs.is_some_and(|deadline| deadline < now_secs));
         }
@@ -117,6 +131,7 @@ impl Counts {
         Figures {
             secs,
             orders_per_hour: per_sec(orders.finished, secs) * 3600.0,
+            recent_orders_per_hour: self.recent_per_sec(secs, now_secs) * 3600.0,
             stops_per_sec: per_sec(self.stops, secs),
             late: self.late,
             service: Durations::of(&self.service_secs),
@@ -125,6 +140,12 @@ impl Counts {
             longest_unserved_secs,
             orders,
         }
+    }
+
+    /// The rate of the last [`RECENT_SECS`]; `secs` is the time since the pool was opened.
+    fn recent_per_sec(&self, secs: f64, now_secs: f64) -> f64 {
+        let recent = self.recent.iter().filter(|at| **at > now_secs - RECENT_SECS);
+        per_sec(recent.count(), secs.min(RECENT_SECS))
     }
 }
 

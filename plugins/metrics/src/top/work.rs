@@ -71,22 +71,23 @@ fn title(orders: &OrderFigures) -> String {
 /// Formats the numbers of orders.
 fn counts(orders: &OrderFigures) -> Line<'static> {
     let per_hour = orders.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
-    numbers(orders, per_hour)
+    numbers(orders, (per_hour, "an hour"))
 }
 
 /// Formats the numbers of orders of the run, as its manager publishes them.
 fn run_counts(run: &WorkFigures, read: &OrderFigures) -> Line<'static> {
     let orders =
         OrderFigures { open: Some(run.open), finished: run.finished, failed: run.failed, ..*read };
-    numbers(&orders, Some(run.orders_per_hour.round() as u64))
+    numbers(&orders, (Some(run.orders_per_hour.round() as u64), "an hour (last 10 min)"))
 }
 
 /// Formats numbers of orders. Those of failed and cancelled ones are shown only if there are any.
-fn numbers(orders: &OrderFigures, per_hour: Option<u64>) -> Line<'static> {
+/// `rate` is the finished orders an hour, and the words for it.
+fn numbers(orders: &OrderFigures, rate: (Option<u64>, &'static str)) -> Line<'static> {
     let counts = [
         (orders.open, "open", theme::quiet()),
         (Some(orders.finished), "finished", theme::quiet()),
-        (per_hour, "an hour", theme::strong()),
+        (rate.0, rate.1, theme::strong()),
         (Some(orders.failed).filter(|count| *count > 0), "failed", theme::text(theme::BAD)),
         (
             Some(orders.cancelled).filter(|count| *count > 0),
@@ -236,7 +237,7 @@ mod tests {
         let read = testing::work().orders;
         assert_eq!(
             run_counts(&run, &read).to_string(),
-            "40 open, 9,000 finished, 7,654 an hour, 7 cancelled"
+            "40 open, 9,000 finished, 7,654 an hour (last 10 min), 7 cancelled"
         );
         assert_eq!(
             run_times(&run).to_string(),

@@ -68,7 +68,7 @@ const TIME: &[Shortcut] = &[
 ];
 
 const ROBOTS: &[Shortcut] = &[
-    shortcut(CTRL, Key::F, Command::Find, "find a robot, a node, an edge or a station"),
+    shortcut(CTRL, Key::F, Command::Find, "find a robot, place or order"),
     shortcut(NONE, Key::N, Command::Next, "next robot"),
     shortcut(NONE, Key::P, Command::Previous, "previous robot"),
     shortcut(NONE, Key::F, Command::Follow, "follow the robot: behind, above, off"),
@@ -118,7 +118,7 @@ const WINDOW: &[Shortcut] = &[
     shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
     shortcut(SHIFT, Key::Slash, Command::Help, ""),
     shortcut(NONE, Key::F1, Command::Help, ""),
-    shortcut(CTRL, Key::O, Command::Open, "open a layout, a scenario or a recording"),
+    shortcut(CTRL, Key::O, Command::Open, "open a file"),
     shortcut(CTRL, Key::S, Command::Picture, "save the window as a picture"),
     shortcut(NONE, Key::F11, Command::FullScreen, "full screen"),
     shortcut(CTRL, Key::Q, Command::Quit, "close the window"),

@@ -272,6 +272,16 @@ fn the_panel_tells_a_robots_work() {
     for text in ["queued", "312", "to pick at node 8", "75 %", "1.500"] {
         harness.get_by_label(text);
     }
+    let order = RobotOrder { number: 0, stop: [2, 2], next, is_handling: false };
+    let named = NamedOrder { robot: 0, name: "load:1-1".to_owned(), order };
+    harness.state_mut().named_order = Some(named);
+    settle(&mut harness);
+    harness.get_by_label("load:1-1");
+    harness.get_by_label("stop 1 of 2");
+    harness.state_mut().order = None;
+    settle(&mut harness);
+    harness.get_by_label("load:1-1");
+    harness.get_by_label("stop 2 of 2");
     harness.get_by_label("robot 3").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(3)));
@@ -287,10 +297,11 @@ fn a_robot_without_work_waits_for_nobody() {
     let mut harness = harness(fixture);
     harness.state_mut().interface.select(Some(Item::Robot(1)));
     settle(&mut harness);
-    assert_eq!(harness.query_all_by_label("none").count(), 2);
-    harness.state_mut().values.clear();
+    assert!(harness.query_by_label("WORK").is_none(), "nothing to tell");
+    harness.state_mut().values = vec![("activity", 0.0), ("goal", 7.0), ("battery", 80.0)];
     settle(&mut harness);
-    assert!(harness.query_by_label("WORK").is_none(), "no fleet manager");
+    harness.get_by_label("80 %");
+    assert!(harness.query_by_label("goal").is_none(), "an idle robot goes nowhere");
 }
 
 #[test]

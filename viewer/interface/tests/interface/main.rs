@@ -22,7 +22,7 @@ use regatta_interface::labels::Labels;
 use regatta_interface::log::{
     AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogLosses, LogReport, MAX_ALARMS, Place, Severity,
 };
-use regatta_interface::orders::{RobotOrder, Stop};
+use regatta_interface::orders::{NamedOrder, RobotOrder, Stop};
 use regatta_interface::performance::Timing;
 use regatta_interface::robot_filter::{Filter, MatchCounts, Matches, RobotSet};
 use regatta_interface::rows::{RowQuery, Rows, SortBy};
@@ -64,6 +64,7 @@ struct Fixture {
     activities: Vec<f32>,
     values: Vec<(&'static str, f32)>,
     order: Option<RobotOrder>,
+    named_order: Option<NamedOrder>,
     matches: Option<Matches>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
@@ -141,6 +142,7 @@ impl Fixture {
             activities: Vec::new(),
             values: vec![("battery", 75.0)],
             order: None,
+            named_order: None,
             matches: None,
             rows: None,
             status: Some(ControlResponse {
@@ -184,6 +186,7 @@ impl Fixture {
             columns: &["battery".parse().expect("a name")],
             values: &values,
             order: self.order,
+            named_order: self.named_order.as_ref(),
             route: self.route,
             plans: self.plans,
             jams: &self.jams,

@@ -178,6 +178,7 @@ impl Fixture {
             columns: &[],
             values: &[("collision".parse().expect("a name"), 2.0)],
             order: None,
+            named_order: None,
             route: None,
             plans: PlanFacts::default(),
             rows: None,

@@ -1,9 +1,9 @@
 //! The drawing of the fleet and the interface on the window's surface.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use egui::Rect;
+use egui::{Rect, ViewportId};
 use glam::{UVec2, Vec2};
 use image::RgbaImage;
 use regatta_gpu::painter::Drawing;
@@ -37,7 +37,8 @@ impl ViewerWindow {
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         self.painter.upload(&self.gpu, &changes.0);
         let before = Instant::now();
-        let canvas = match std::mem::take(&mut self.takes_picture) {
+        let is_settled = self.is_settled(&output);
+        let canvas = match self.picture_request.take(now, is_settled) {
             true => self.surface.to_be_read(&self.gpu),
             false => self.surface.acquire(&self.gpu),
         };
@@ -76,7 +77,7 @@ impl ViewerWindow {
         scale: f32,
         now: Instant,
     ) {
-        let (camera, alpha) = (self.interface.camera_controller.camera(), self.stage.alpha(now));
+        let (camera, alpha) = (self.interface.shown_camera(), self.stage.alpha(now));
         let (parts, shown) = (self.interface.parts(), self.stage.scene.level.clone());
         // A level that was clicked just now is the scene's from the next picture on.
         let (current, beside): (Vec<_>, Vec<_>) =
@@ -105,13 +106,27 @@ impl ViewerWindow {
     /// Writes a picture of the window into the current folder, and shows its path.
     fn write_picture(&mut self, picture: &RgbaImage, now: Instant) {
         let path = PathBuf::from(self.file_name("png"));
-        let written = write_png(picture, &path);
-        self.interface.notify(written.map_or_else(
-            |error| error.to_string(),
-            |()| format!("the picture is in {}", path.display()),
-        ));
+        let text = match write_whole(picture, &path) {
+            Ok(()) => format!("the picture is in {}", path.display()),
+            Err(message) => message,
+        };
+        self.picture_message = Some(text.clone());
+        self.interface.notify(text);
         // The screen hasn't got a picture this time.
         self.frame_pacing.schedule(now);
+    }
+
+    /// Whether scene and panels show the same, and go on to do so: nothing flies, no panel opens,
+    /// and a followed robot is in the middle.
+    fn is_settled(&self, output: &egui::FullOutput) -> bool {
+        let delay =
+            output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        let camera = &self.interface.camera_controller;
+        let followed = camera.followed().map(|(robot, _)| robot);
+        let known = self.fleet_state.followed.map(|(robot, _)| robot);
+        delay.is_none_or(|delay| !delay.is_zero())
+            && !camera.is_flying()
+            && (followed.is_none() || known == followed)
     }
 
     /// Replaces a lost surface.
@@ -124,6 +139,14 @@ impl ViewerWindow {
         self.frame_pacing.schedule(Instant::now());
         Ok(())
     }
+}
+
+/// Writes a picture so that a program that waits for the file never sees a part of it.
+fn write_whole(picture: &RgbaImage, path: &Path) -> Result<(), String> {
+    let unfinished = path.with_extension("png.part");
+    write_png(picture, &unfinished).map_err(|error| error.to_string())?;
+    std::fs::rename(&unfinished, path)
+        .map_err(|error| format!("can't write {}: {error}", path.display()))
 }
 
 /// Returns position and size of the picture on the canvas in pixels: at least one pixel, and within

@@ -71,6 +71,7 @@ impl ViewerWindow {
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
             order: self.fleet_state.order,
+            named_order: self.fleet_state.named_order.as_ref(),
             work: self.fleet_state.work,
             route: match self.interface.selection.item {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
@@ -127,10 +128,11 @@ impl ViewerWindow {
                     self.interface.open_menu(item, egui::pos2(window.x, window.y));
                 }
                 Action::Command(command) => self.link.command(command),
+                Action::FindOrder(name) => self.link.find_order(name),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
                 Action::Open => self.file_dialog.open(&self.window),
-                Action::WritePicture => self.takes_picture = true,
+                Action::WritePicture => self.ask_for_picture(),
                 Action::Note { time, text } => self.write_note(time, &text),
                 Action::Measure { at } => self.measure(at, pixels_per_point),
                 Action::Rows(query) => self.link.rows(query),
@@ -171,8 +173,17 @@ impl ViewerWindow {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
             self.fleet_state.order = None;
+            self.fleet_state.named_order = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
             self.window.set_title(&title(&self.name, selected));
+        }
+    }
+
+    /// Asks for a picture, in which the message about the one before is not to be seen.
+    fn ask_for_picture(&mut self) {
+        self.picture_request.ask(Instant::now());
+        if let Some(message) = self.picture_message.take() {
+            self.interface.dismiss(&message);
         }
     }
 
@@ -229,7 +240,7 @@ impl ViewerWindow {
         if let Some(at) = delay.and_then(|delay| now.checked_add(delay)) {
             self.frame_pacing.schedule(at);
         }
-        if self.stage.alpha(now) < 1.0 {
+        if self.stage.alpha(now) < 1.0 || self.picture_request.is_pending() {
             self.frame_pacing.schedule(now);
         }
     }
