@@ -248,17 +248,10 @@ impl VariantAnswer {
         self.knee.as_ref().map(|knee| knee.robots).or(least)
     }
 
-    /// Whether there is an answer to the question: a least fleet, or a knee whose throughput is
-    /// known.
+    /// Whether there is an answer to the question.
     pub fn is_known(&self) -> bool {
-        if self.least.as_ref().is_some_and(|least| least.robots.is_some()) {
-            return true;
-        }
-        let Some(knee) = &self.knee else { return false };
-        let mut points = self.points.iter();
-        let has_too_few =
-            points.any(|point| point.robots == knee.robots && point.has_too_few_orders());
-        knee.orders_per_hour.is_known() && !has_too_few
+        let least = self.least.as_ref().and_then(|least| least.robots);
+        self.knee.is_some() || least.is_some()
     }
 
     fn new(variant: &Variant, targets: &[Target], curve: &Curve, known: &Known) -> Self {

@@ -183,7 +183,6 @@ fn orders_of_the_warm_up_alone_are_no_throughput() {
     assert_eq!(figure(&fate(0)).as_deref(), Some("0.0 ± 0.0"));
     let few = answer("1", |_, _| Ok(Measured { finished_orders: 2, ..measured(4.0) }));
     assert_eq!(figure(&few).as_deref(), Some("not known"), "as the answer says");
-    assert!(!few.variants[0].is_known(), "so the command fails");
 }
 
 #[test]
