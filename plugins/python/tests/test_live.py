@@ -58,9 +58,8 @@ def test_a_run_that_can_not_begin_says_why() -> None:
 def test_the_owner_of_movement_has_a_name_while_the_engine_waits_for_the_program() -> None:
     with regatta.run(SCENARIO, robots=4) as run:
         commands = run.fleet.commands()
-        commands.cancel(0)
         with pytest.raises(regatta.OwnedError) as error:
-            commands.send()
+            commands.cancel(0)
         named = re.match(r"fleet-manager \(process (\d+)\) moves the robots of fleet", str(error.value))
         assert named, error.value
         assert f"plugin fleet-manager --fleet {run.fleet.name}" in processes()[int(named[1])]
