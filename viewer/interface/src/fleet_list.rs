@@ -16,7 +16,7 @@ use super::context::{PanelContext, Request};
 use super::filter::{FilterChoices, is_matching};
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
-use super::search::{self, Found, Suggestions, select_all};
+use super::search::{self, Found, Suggestions, go_to, select_all};
 use super::style::{self, ThemeColours, activity_colour, one_line};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
@@ -174,11 +174,12 @@ impl FleetPanel {
         if let Some(found) = search::find(&context.model.world, &self.query.filter) {
             return self.go_to_other(context, found);
         }
-        let text = self.query.filter.trim();
-        match context.model.recording() {
-            Some(_) => context.notify(format!("there is no robot, place or name '{text}'")),
-            None => context.act(Action::FindOrder(text.to_owned())),
+        let text = self.query.filter.trim().to_owned();
+        if context.model.recording().is_some() {
+            return context.notify(format!("there is no robot, place or name '{text}'"));
         }
+        context.act(Action::FindOrder(text));
+        self.show_all(context);
     }
 
     fn go_to_other(&mut self, context: &PanelContext<'_>, found: Found) {
@@ -189,7 +190,11 @@ impl FleetPanel {
                 context.ask(Request::Filter(Filter { order, ..context.filter.clone() }));
             }
         }
-        // The list shows all robots again.
+        self.show_all(context);
+    }
+
+    /// Lets the list show all robots again.
+    fn show_all(&mut self, context: &PanelContext<'_>) {
         self.query.filter.clear();
         context.act(Action::Rows(self.query.clone()));
     }
@@ -226,12 +231,6 @@ impl FleetPanel {
             }
         });
     }
-}
-
-/// Selects something, and flies there.
-fn go_to(context: &PanelContext<'_>, item: Item) {
-    context.ask(Request::Select(Some(item)));
-    context.ask(Request::FlyToSelected);
 }
 
 fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[Column]) {

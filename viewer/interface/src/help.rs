@@ -27,7 +27,7 @@ struct Rows {
 impl Rows {
     fn of_window(height: f32) -> Self {
         match height < LOW {
-            true => Self { letters: 11.5, gap: 1.0 },
+            true => Self { letters: 11.5, gap: 2.5 },
             false => Self { letters: 13.0, gap: 4.0 },
         }
     }

@@ -5,7 +5,7 @@ use egui::text_edit::TextEditState;
 use egui::{Id, Ui};
 use regatta_plugin::World;
 
-use super::context::PanelContext;
+use super::context::{PanelContext, Request};
 use super::style;
 use super::view_model::Item;
 use crate::text::with_plural;
@@ -141,6 +141,12 @@ fn told(number: Option<Found>, places: usize) -> String {
         }
         (None, _) => "No robot matches. Places with this name are:".to_owned(),
     }
+}
+
+/// Selects something, and flies there.
+pub(super) fn go_to(context: &PanelContext<'_>, item: Item) {
+    context.ask(Request::Select(Some(item)));
+    context.ask(Request::FlyToSelected);
 }
 
 /// Selects the text of a field, so that the next letter replaces it.
