@@ -117,7 +117,7 @@ impl SpotsPanel {
 
 /// Right edges of the columns, as fractions of the width; the last one begins at its own. Rows have
 /// no numbers: those of the heat map's labels are ranks by another figure.
-const COLUMNS: [f32; 3] = [0.21, 0.40, 0.45];
+const COLUMNS: [f32; 3] = [0.28, 0.47, 0.52];
 
 fn header(ui: &mut Ui, colours: &ThemeColours) {
     let (rect, _) =
