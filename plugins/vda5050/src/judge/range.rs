@@ -8,7 +8,7 @@ use super::rule::Rule;
 /// The largest number of the type uint32.
 const U32: f64 = u32::MAX as f64;
 /// A half turn in radians, as a vehicle may round it.
-const HALF_TURN: f64 = 3.1416;
+const HALF_TURN: f64 = std::f64::consts::PI + 1e-5;
 /// The fields whose objects have any content: that of the layout, of vendors or of actions.
 const FREE: [&str; 4] = ["actionParameters", "errorReferences", "infoReferences", "vehicleConfig"];
 /// The deepest level of a message at which numbers are looked for.

@@ -66,7 +66,7 @@ fn find(root: &Value, schema: &Value, path: &[String], bad: &mut Vec<Bad>) {
     }
     let fields = schema["properties"].as_object().into_iter().flatten();
     for (name, field) in fields {
-        find(root, field, &[path, &[name.clone()]].concat(), bad);
+        find(root, field, &[path, std::slice::from_ref(name)].concat(), bad);
     }
     if schema["items"].is_object() {
         find(root, &schema["items"], &[path, &["0".to_owned()]].concat(), bad);
