@@ -437,7 +437,7 @@ fn kept_arguments(plugins: &[PluginEntry]) -> Vec<String> {
 /// and the places where robots start.
 fn unread(plugins: &[PluginEntry], robots: &[RobotGroupEntry]) -> Vec<String> {
     let mut unread = Vec::new();
-    if robots.iter().any(|group| group.node.is_some() || group.route.is_some()) {
+    if robots.iter().any(|group| group.node.is_some()) {
         let places = "the places where the scenario's robots start, as each run of a study draws \
                       them by its seed";
         unread.push(places.to_owned());
