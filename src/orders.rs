@@ -19,7 +19,8 @@ use crate::failure::Failure;
 pub enum OrdersCommand {
     /// List orders: their states, robots and stops.
     List {
-        /// List only orders in this state: open, created, waiting, fetching, carrying, handling, finished …
+        /// List only orders in this state: open, created, waiting, fetching, carrying, handling,
+        /// finished …
         #[arg(long)]
         state: Option<String>,
         /// Print JSON.

@@ -53,7 +53,7 @@ fn by_name(world: &World<'_>, text: &str) -> Option<Item> {
     found.first().map(|place| place.item)
 }
 
-/// How well a name fits a text, the best first.
+/// The degree to which a name fits a text, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
     Equal,

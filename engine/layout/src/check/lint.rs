@@ -295,7 +295,8 @@ impl NodeLinter<'_, '_, '_> {
     }
 
     /// Warns of names beside ids that several nodes have, so that none of them can be found by it.
-    /// Who names a node by the one name that it has, as labels of our own format, is told then.
+    /// A repeated name that is the only one of its nodes, such as a label of our own format, is
+    /// told when it is used.
     fn warn_of_repeated_names(&mut self) {
         for (name, nodes) in self.graph.repeated_names() {
             if nodes.iter().all(|node| self.graph.node(*node).name() == Some(&name)) {

@@ -173,8 +173,8 @@ impl Map<'_> {
         svg.close();
     }
 
-    /// Returns the labels that have room. Levels come first, then doors and lifts, then stations, nodes, zones,
-    /// edges.
+    /// Returns the labels that have room. Levels come first, then doors and lifts, then stations,
+    /// nodes, zones, edges.
     fn labels(&self) -> Vec<Label> {
         let (nodes, edges) = (self.graph.nodes(), self.graph.edges());
         let mut taken = self.symbols();

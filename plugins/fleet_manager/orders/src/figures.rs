@@ -71,7 +71,7 @@ pub struct Figures {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
     service_secs: Vec<f32>,
-    /// When the orders of the last [`RECENT_SECS`] were finished, in ascending order.
+    /// The times at which the orders of the last [`RECENT_SECS`] were finished, ascending.
     recent: VecDeque<f64>,
     /// The waits of orders whose robot has come to the first stop.
     pub(super) waiting_secs: Vec<f32>,
