@@ -144,8 +144,8 @@ impl Counts {
 
     /// The rate of the last [`RECENT_SECS`]; `secs` is the time since the pool was opened.
     fn recent_per_sec(&self, secs: f64, now_secs: f64) -> f64 {
-        let recent = self.recent.iter().filter(|at| **at > now_secs - RECENT_SECS);
-        per_sec(recent.count(), secs.min(RECENT_SECS))
+        let before = self.recent.partition_point(|at| *at <= now_secs - RECENT_SECS);
+        per_sec(self.recent.len() - before, secs.min(RECENT_SECS))
     }
 }
 

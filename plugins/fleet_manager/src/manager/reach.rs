@@ -39,9 +39,10 @@ impl Manager {
     /// any more.
     pub(super) fn reconsider(&mut self, now_secs: f64) {
         let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
-        let now = (self.steering.closure_changes(), ways.parts());
-        if self.checked != now {
-            self.checked = now;
+        let closures = self.steering.closure_changes();
+        // In most cycles nothing has changed, and nothing is allocated.
+        if self.checked.0 != closures || !ways.parts().eq(self.checked.1.iter().copied()) {
+            self.checked = (closures, ways.parts().collect());
             let lost = self.orders.open_orders().filter(|order| order.state == State::Unroutable);
             let mut back: Vec<&Order> = lost.filter(|order| !self.is_out_of_reach(order)).collect();
             back.retain(|order| self.obstacle(&order.content).is_none());
@@ -154,7 +155,7 @@ impl Manager {
     /// the ways to chargers are known.
     pub(super) fn find_impossible(&mut self, now_secs: f64) {
         let ways = Ways::of(&self.steering, &self.present, &self.robot_types);
-        let judged_for = (ways.parts(), self.charging.is_measured());
+        let judged_for = (ways.parts().collect(), self.charging.is_measured());
         let mut ids = self.orders.take_new_waiting();
         if judged_for != self.judged_for {
             ids = self.orders.waiting_orders().map(|order| order.id).collect();
@@ -200,12 +201,11 @@ impl<'a> Ways<'a> {
     }
 
     /// Returns the robots, and the part of the roads in which each is, if its place is known.
-    fn parts(&self) -> Vec<(u32, Option<u32>)> {
-        let parts = self.present.iter().map(|robot| {
+    fn parts(&self) -> impl Iterator<Item = (u32, Option<u32>)> + '_ {
+        self.present.iter().map(|robot| {
             let node = self.steering.base_end_node(*robot);
             (*robot, node.map(|node| self.roads.part_of(node)))
-        });
-        parts.collect()
+        })
     }
 
     /// Whether no closure keeps robots from the stops of a new order or from leaving them. During a

@@ -56,7 +56,7 @@ pub(super) fn connect(
     for ((lift, _), stops) in stops(levels) {
         part(&stops, levels);
         warn_of_single_level(&lift, &stops, levels, report);
-        // Where heights are known, the time is that from one stop to the next.
+        // Known heights give the time from one stop to the next.
         if plans.get(&lift).is_none_or(|plan| plan.level_secs.is_none()) {
             warn_of_passed_levels(&lift, &stops, levels, report);
         }
