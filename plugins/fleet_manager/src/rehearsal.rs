@@ -29,8 +29,9 @@ const MOST_SECS: f64 = 750.0;
 const LEAST_SECS: f64 = 60.0;
 /// The cycles of all rehearsals with a planner times the robots: half a second of work at most.
 const MOST_ROBOT_CYCLES: f64 = 80e3;
-/// The same for committed ways, whose searches look at all nodes: cycles times robots times nodes.
-const MOST_COMMITTED_WORK: f64 = 6e6;
+/// The same for committed ways, whose searches look at all nodes: cycles times robots times nodes,
+/// and a few seconds of work on dense plants, where these ways carry the most.
+const MOST_COMMITTED_WORK: f64 = 12e6;
 /// The simulated seconds for which a robot may stand with an order, away from its stop, until it
 /// counts as stalled.
 const STALL_SECS: f64 = 200.0;
@@ -168,7 +169,7 @@ impl<'a> Rehearsal<'a> {
         }
     }
 
-    /// The simulated seconds for which a planner can be rehearsed several times in about a second.
+    /// The simulated seconds for which a planner can be rehearsed several times in a second or a few.
     fn affordable_secs(&self, kind: PlannerKind) -> f64 {
         let robots = self.bodies.iter().flatten().count().max(1) as f64;
         let cycles = match kind {

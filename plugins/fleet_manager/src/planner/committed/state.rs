@@ -27,6 +27,9 @@ struct Member {
     /// and stays.
     way: Option<Vec<Leg>>,
     at: At,
+    /// The key that another robot blocked when it was last found that this one can't drive to its
+    /// end from here: it can't as long as that is so.
+    obstacle: Option<Key>,
     /// All that it needs for the rest of its way, once each, in ascending order.
     needs: Vec<Key>,
     /// The number of legs that were driven when `needs` was computed; `None` if it wasn't.
@@ -126,6 +129,7 @@ impl State {
             first_blocked,
             way,
             at,
+            obstacle: None,
             needs,
             needs_after,
         });
@@ -182,6 +186,7 @@ impl State {
             self.ahead[leg.index()] -= 1;
         }
         member.at = at;
+        member.obstacle = None;
         for &key in member.blocked(blocks) {
             self.counts[key as usize] += 1;
         }
@@ -375,7 +380,7 @@ impl State {
             if count >= least && !self.is_opposed(roads, leg) {
                 return self.is_rest_free(roads, blocks, index).then_some(count);
             }
-            if !self.is_leg_free(roads, blocks, member, before, leg) {
+            if self.obstacle(roads, blocks, member, before, leg).is_some() {
                 return None;
             }
             before = Some(leg);
@@ -393,10 +398,15 @@ impl State {
     /// Whether no other robot stands on a robot's way, nor on the leg before.
     fn is_free(&mut self, roads: &Roads, blocks: &Blocks, index: usize) -> bool {
         let member = &self.members[index];
+        if member.obstacle.is_some_and(|key| !self.is_free_for(blocks, member, key)) {
+            self.work += 1;
+            return false;
+        }
         let mut before = member.at.place.leg;
         for &leg in member.ahead() {
             self.work += 1;
-            if !self.is_leg_free(roads, blocks, member, before, leg) {
+            if let Some(key) = self.obstacle(roads, blocks, member, before, leg) {
+                self.members[index].obstacle = Some(key);
                 return false;
             }
             before = Some(leg);
@@ -404,19 +414,22 @@ impl State {
         self.is_rest_free(roads, blocks, index)
     }
 
-    /// Whether no other robot stands where a robot drives from one leg along the next.
-    fn is_leg_free(
+    /// Returns a key that another robot blocks where a robot drives from one leg along the next.
+    fn obstacle(
         &self,
         roads: &Roads,
         blocks: &Blocks,
         member: &Member,
         before: Option<Leg>,
         leg: Leg,
-    ) -> bool {
+    ) -> Option<Key> {
+        let key = leg.index() as Key;
+        if !self.is_free_for(blocks, member, key) {
+            return Some(key);
+        }
         let turns = before.is_some_and(|before| member.turns && roads.is_turn(before, leg));
         let disc = disc_key(roads, roads.start(leg));
-        self.is_free_for(blocks, member, leg.index() as Key)
-            && (!turns || self.is_free_for(blocks, member, disc))
+        (turns && !self.is_free_for(blocks, member, disc)).then_some(disc)
     }
 
     /// Whether no other robot than this one blocks a key.
