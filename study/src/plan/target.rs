@@ -121,6 +121,11 @@ impl Target {
         }
     }
 
+    /// Whether the figure is one of orders, which changes as long as the backlog grows.
+    pub fn is_of_orders(&self) -> bool {
+        matches!(self.figure, TargetFigure::Service(_) | TargetFigure::Late)
+    }
+
     /// Returns the distance from a value to the limit as a part of the limit: above 0 if the value
     /// meets it.
     pub fn margin(&self, value: f64) -> f64 {
