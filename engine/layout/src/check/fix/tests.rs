@@ -284,3 +284,25 @@ fn gaps_that_a_check_tells_are_closed() {
                    from,to,speed,bidirectional\nA,B,1,yes\nB,C,1,yes\nE,D,1,yes\nD,F,1,yes\n";
     assert_eq!((told(through), fixed(through).1.len()), (Vec::new(), 0));
 }
+
+#[test]
+fn the_name_of_a_removed_edge_is_kept_or_told() {
+    let edge = |id: u32, more: &str| {
+        format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, {EDGE}{more}}}\n")
+    };
+    let text = format!(
+        "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 5, Y: 0, Theta: 0}}\n\
+         Edges:\n{}{}{}",
+        edge(1, ""),
+        edge(2, ", Name: gate"),
+        edge(3, ", Name: hall"),
+    );
+    let (graph, fixes) = fixed(&text);
+    assert_eq!(graph.edges()[0].name(), Some("gate"));
+    let expected = [
+        "edge 2 (`gate`): removed, it is the same as edge 1; its name `gate` is kept",
+        "edge 3 (`hall`): removed, it is the same as edge 1 (`gate`); no edge has the name `hall` \
+         now",
+    ];
+    assert_eq!(fixes, expected);
+}
