@@ -298,8 +298,8 @@ fn ends_that_nearly_meet_are_told() {
 
 #[test]
 fn german_headers_are_guessed_and_told() {
-    let text = "Knoten;X;Y;Bezeichnung\nA;0;0;Tor\nB;3,5;0;Lager\n\n\
-                von;nach;Länge;Höchstgeschwindigkeit [km/h];beide Richtungen\nA;B;3,5;3,6;ja\n";
+    let text = "Knoten;X;Y;Bezeichnung\n1;0;0;Tor\n2;3,5;0;Lager\n\n\
+                von;nach;Länge;Höchstgeschwindigkeit [km/h];beide Richtungen\n1;2;3,5;3,6;ja\n";
     let (graph, findings) = graph(text);
     assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 2));
     assert_eq!((graph.nodes()[1].name(), graph.edges()[0].speed), (Some("Lager"), 1.0));

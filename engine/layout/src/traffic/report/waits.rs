@@ -22,8 +22,8 @@ impl Writer<'_> {
         };
         let message = format!(
             "{} {noun} ({}) {let_in} fewer robots in than the roads hold, and robots may wait for \
-             each other there: the numbers of robots in the other lines are bounds, without zones \
-             but for that of robots which never all wait{}; let robots stop outside of zones",
+             each other there: the numbers in the other lines are bounds, which don't count zones \
+             unless they say so{}; let robots stop outside of zones",
             zones.len(),
             listed(zones.len(), zones.iter().map(zone)),
             self.kept_apart()
