@@ -34,7 +34,7 @@ pub struct PointAnswer {
     pub stops_per_hour: Option<Interval>,
     /// The mean time from an order's creation to its end, in seconds.
     pub service_mean_secs: Option<Interval>,
-    /// The median of it.
+    /// The 50th percentile of it.
     pub service_p50_secs: Option<Interval>,
     /// The 90th percentile of it.
     pub service_p90_secs: Option<Interval>,

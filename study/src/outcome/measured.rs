@@ -31,7 +31,7 @@ pub enum RunEnd {
 pub struct Service {
     /// The mean.
     pub mean_secs: f64,
-    /// The median.
+    /// The 50th percentile.
     pub p50_secs: f64,
     /// The 90th percentile.
     pub p90_secs: f64,

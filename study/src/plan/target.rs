@@ -28,7 +28,7 @@ pub enum TargetFigure {
 pub enum Statistic {
     /// The mean.
     Mean,
-    /// The median.
+    /// The 50th percentile.
     P50,
     /// The 90th percentile.
     P90,

@@ -13,9 +13,11 @@ use super::order::{Order, State};
 pub struct Durations {
     /// The mean.
     pub mean_secs: f64,
-    /// The median.
+    /// The median: of an even number of durations, the mean of the two in the middle.
+    pub median_secs: f64,
+    /// The shortest duration that half of all don't exceed.
     pub p50_secs: f64,
-    /// The 99th percentile.
+    /// That which 99 % of all don't exceed.
     pub p99_secs: f64,
     /// The longest.
     pub longest_secs: f64,
@@ -167,17 +169,19 @@ impl Durations {
         let [p50_secs, p99_secs] = [50, 99].map(|hundredths| {
             f64::from(sorted[(sorted.len() * hundredths).div_ceil(100).max(1) - 1])
         });
+        let middle = [(sorted.len() - 1) / 2, sorted.len() / 2].map(|at| f64::from(sorted[at]));
+        let median_secs = f64::midpoint(middle[0], middle[1]);
         let mean_secs =
             sorted.iter().map(|secs| f64::from(*secs)).sum::<f64>() / sorted.len() as f64;
-        Self { mean_secs, p50_secs, p99_secs, longest_secs: f64::from(*longest) }
+        Self { mean_secs, median_secs, p50_secs, p99_secs, longest_secs: f64::from(*longest) }
     }
 
     /// The times as a line of a table; `None` without any.
     fn line(&self, name: &str) -> Option<String> {
-        let Self { mean_secs, p50_secs, p99_secs, longest_secs } = self;
+        let Self { mean_secs, median_secs, p99_secs, longest_secs, .. } = self;
         (*longest_secs > 0.0).then(|| {
             format!(
-                "{name:<13} median {p50_secs:.1} s, 99th percentile {p99_secs:.1} s, longest \
+                "{name:<13} median {median_secs:.1} s, 99th percentile {p99_secs:.1} s, longest \
                  {longest_secs:.1} s, mean {mean_secs:.1} s\n"
             )
         })
@@ -234,7 +238,7 @@ mod tests {
         let late = Figures { late: 2, service: Durations::of(&[4.0, 8.0]), ..figures };
         assert_eq!(
             late.table(),
-            "orders        12 finished (24 an hour), 2 late\nservice time  median 4.0 s, 99th \
+            "orders        12 finished (24 an hour), 2 late\nservice time  median 6.0 s, 99th \
              percentile 8.0 s, longest 8.0 s, mean 6.0 s\n"
         );
     }
@@ -243,9 +247,15 @@ mod tests {
     fn percentiles_are_values_that_occurred() {
         let secs: Vec<_> = (1..=200).rev().map(|secs| secs as f32).collect();
         let durations = Durations::of(&secs);
-        let expected =
-            Durations { mean_secs: 100.5, p50_secs: 100.0, p99_secs: 198.0, longest_secs: 200.0 };
+        let expected = Durations {
+            mean_secs: 100.5,
+            median_secs: 100.5,
+            p50_secs: 100.0,
+            p99_secs: 198.0,
+            longest_secs: 200.0,
+        };
         assert_eq!((durations, Durations::of(&[])), (expected, Durations::default()));
-        assert_eq!(Durations::of(&[4.0]).p50_secs, 4.0);
+        assert_eq!((Durations::of(&[4.0]).p50_secs, Durations::of(&[4.0]).median_secs), (4.0, 4.0));
+        assert_eq!(Durations::of(&[9.0, 1.0, 2.0]).median_secs, 2.0);
     }
 }
