@@ -386,16 +386,15 @@ mod tests {
     /// the longest.
     #[test]
     fn open_orders_count_in_a_run_that_ends_at_its_time() {
-        let open =
-            |age_secs: f64| Unfinished { age_secs, due_secs: Some(60.0), is_unroutable: true };
-        let mut figures = outcome().figures;
-        figures.finished.truncate(10);
-        figures.unfinished = (0..11).map(|index| open(f64::from(index) * 90.0)).collect();
+        let open = Unfinished { age_secs: 900.0, due_secs: Some(60.0), is_unroutable: true };
+        let young = Unfinished { age_secs: 50.0, ..open };
+        let unfinished = [[open; 400], [young; 400]].concat();
+        let figures = Figures { unfinished, ..outcome().figures };
         let measured = Outcome { figures, ..outcome() }.measured();
-        assert_eq!(measured.late, Some(10.0 / 20.0), "one has some time left");
+        assert_eq!(measured.late, Some(600.0 / 800.0), "young ones have some time left");
         let service = measured.service.expect("orders");
-        assert_eq!((service.p50_secs, service.p90_secs), (9.0, 900.0));
-        assert_eq!((measured.unroutable_orders, measured.backlog_growth), (11, 2.0));
+        assert_eq!((service.p50_secs, service.p90_secs), (99.0, 900.0));
+        assert_eq!((measured.unroutable_orders, measured.backlog_growth), (800, 0.0));
     }
 
     #[test]
