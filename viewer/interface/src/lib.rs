@@ -181,10 +181,9 @@ impl Interface {
         (area.picture, self.timely(level.as_deref(), actions))
     }
 
-    /// Shows the figures of the fleet's work, if they are known and there is room.
+    /// Shows the figures of the fleet's work, if it has a manager and there is room.
     fn strip(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let Some(figures) = model.work() else { return };
-        if ui.ctx().content_rect().height() < strip::LEAST_WINDOW {
+        if !strip::is_shown(model) || ui.ctx().content_rect().height() < strip::LEAST_WINDOW {
             return;
         }
         let frame =
@@ -192,7 +191,7 @@ impl Interface {
         Panel::top("strip").exact_size(strip::HEIGHT).resizable(false).frame(frame).show(
             ui,
             |ui| {
-                self.present(model, actions, |_, context| strip::show(context, &figures, ui));
+                self.present(model, actions, |_, context| strip::show(context, ui));
             },
         );
     }

@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
+#[cfg(feature = "file-dialog")]
+use super::opened::{PLANTS, RECORDING};
+
 /// The time before which nobody answers a dialog: an empty answer within it means that the system
 /// has none.
 const FASTEST_ANSWER: Duration = Duration::from_millis(400);
@@ -59,11 +62,10 @@ impl FileDialog {
 #[cfg(feature = "file-dialog")]
 fn ask(window: &winit::window::Window) -> Receiver<Option<PathBuf>> {
     let (sender, answer) = channel();
-    let plants = ["yaml", "yml", "json", "xml", "dxf", "lif", "opentcs", "scen"];
     let dialog = rfd::AsyncFileDialog::new()
         .set_parent(window)
         .set_title("Open a layout, a scenario or a recording")
-        .add_filter("Layouts, scenarios, recordings", &[&plants[..], &["mcap"]].concat())
+        .add_filter("Layouts, scenarios, recordings", &[&PLANTS[..], &[RECORDING]].concat())
         .add_filter("All files", &["*"]);
     // Some systems open dialogs on the thread of the window alone; any thread may wait for them.
     let chosen = dialog.pick_file();
