@@ -94,6 +94,20 @@ pub fn status_line(status: &ControlResponse, activities: Option<RobotCounts>) ->
     ) + &owner
 }
 
+/// Formats the line of a second of a run, which fits into a terminal of 80 columns: the costs of
+/// ticks and the owner are in [`status_line`].
+pub fn run_line(status: &ControlResponse, activities: Option<RobotCounts>) -> String {
+    let robots = activities.map_or_else(|| states(status), |robots| robots.in_words());
+    let clock = if is_paused(status) { "  paused" } else { "" };
+    format!(
+        "t {:.2} s{clock}  rtf {:.2}  robots {} ({robots})  late {}",
+        status.sim_time_nanos as f64 * 1e-9,
+        status.real_time_factor,
+        status.robots,
+        status.late_ticks,
+    )
+}
+
 /// Formats the states of any robots: `idle 3, driving 12`.
 fn states(status: &ControlResponse) -> String {
     let mut words = Vec::new();

@@ -198,6 +198,8 @@ struct FleetManager {
     doing: Vec<Doing>,
     /// Whether the last frame belongs to the warm-up of the run.
     is_warm_up: bool,
+    /// Whether it is a process of its own, whose messages reach the user.
+    is_process: bool,
 }
 
 impl FleetManager {
@@ -214,6 +216,7 @@ impl FleetManager {
             figures: RunFigures::default(),
             doing: Vec::new(),
             is_warm_up: false,
+            is_process: false,
         }
     }
 
@@ -288,6 +291,7 @@ impl FleetManager {
         let rehearsal = Rehearsal::new(roads, &make_orders, &columns, &types)
             .beginning_at(frame.sim_time().as_secs_f64())
             .with_ends(self.cli.ends());
+        let rehearsal = if self.is_process { rehearsal.telling() } else { rehearsal };
         let is_there = |state: &&u8| **state != RobotState::Absent as u8;
         let robots = columns.state.iter().filter(is_there).count();
         Ok(self.cli.planner.planner(roads, robots, Some(&rehearsal)))
@@ -403,6 +407,7 @@ impl Plugin for FleetManager {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         // First, so that no robot moves before others are told.
         let ownership = Ownership::claim(fleet).map_err(only_one)?;
+        self.is_process = !fleet.is_local();
         self.ports = Some(Ports {
             _ownership: ownership,
             commands: Commands::open_on(fleet)?,

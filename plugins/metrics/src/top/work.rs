@@ -162,7 +162,8 @@ fn run_times(run: &WorkFigures) -> Line<'static> {
     add_figure(&mut spans, "p99 ", p99, "  ");
     add_figure(&mut spans, "waiting ", Some(percent(f64::from(run.waiting))), "  ");
     let busy = format!("{} of {}", thousands(run.busy.into()), thousands(run.robots.into()));
-    add_figure(&mut spans, "busy ", Some(busy), " robots");
+    let robots = if run.robots == 1 { " robot" } else { " robots" };
+    add_figure(&mut spans, "busy ", Some(busy), robots);
     Line::from(spans)
 }
 
