@@ -123,6 +123,9 @@ impl Interface {
         if std::mem::take(&mut self.levels.is_refiltered) {
             actions.push(Action::Filter(self.filter.clone()));
         }
+        ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |node| {
+            node.set_label(format!("Regatta: {}", model.fleet));
+        });
         let frame = style::panel(self.settings.theme());
         Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| {
             self.present(model, &mut actions, |interface, context| {
