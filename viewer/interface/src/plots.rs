@@ -21,8 +21,8 @@ const TIME_AXIS: f32 = 18.0;
 const NUMBER_POINTS: f32 = 24.0;
 /// The distances of two texts of an axis between which they fade in, in points: below those of all
 /// marks, so that none is faint.
-const OPAQUE_TIMES: Rangef = Rangef::new(40.0, 50.0);
-const OPAQUE_NUMBERS: Rangef = Rangef::new(12.0, 16.0);
+const OPAQUE_TIMES: Rangef = Rangef { min: 40.0, max: 50.0 };
+const OPAQUE_NUMBERS: Rangef = Rangef { min: 12.0, max: 16.0 };
 /// Distances between marks of the axis of time, in seconds.
 const STEPS: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
