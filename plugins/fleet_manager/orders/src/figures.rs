@@ -25,6 +25,8 @@ pub struct Durations {
 
 /// The time of which [`Figures::recent_orders_per_hour`] tells the rate, in seconds.
 pub const RECENT_SECS: f64 = 600.0;
+/// The least time that has such a rate, in seconds.
+const LEAST_RATE_SECS: f64 = 60.0;
 
 /// The numbers of orders by state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -48,10 +50,11 @@ pub struct Figures {
     pub secs: f64,
     /// Finished orders an hour of this time.
     pub orders_per_hour: f64,
-    /// Finished orders an hour of the last [`RECENT_SECS`], or of this time if that is shorter: the
-    /// current rate, which the empty start of a run no longer lowers.
+    /// Finished orders an hour of the last [`RECENT_SECS`], or of the time since the pool was opened
+    /// or the warm-up of the run ended if that is shorter: the current rate. `None` in its first
+    /// minute.
     #[serde(skip)]
-    pub recent_orders_per_hour: f64,
+    pub recent_orders_per_hour: Option<f64>,
     /// Finished stops a second of this time.
     pub stops_per_sec: f64,
     /// Finished orders that were late for their deadline.
@@ -75,6 +78,8 @@ pub(super) struct Counts {
     service_secs: Vec<f32>,
     /// The times at which the orders of the last [`RECENT_SECS`] were finished, ascending.
     recent: VecDeque<f64>,
+    /// The time before which finished orders don't count for the current rate, in seconds.
+    pub(super) rate_since_secs: f64,
     /// The waits of orders whose robot has come to the first stop.
     pub(super) waiting_secs: Vec<f32>,
     late: usize,
@@ -133,7 +138,7 @@ impl Counts {
         Figures {
             secs,
             orders_per_hour: per_sec(orders.finished, secs) * 3600.0,
-            recent_orders_per_hour: self.recent_per_sec(secs, now_secs) * 3600.0,
+            recent_orders_per_hour: self.recent_per_hour(secs, now_secs),
             stops_per_sec: per_sec(self.stops, secs),
             late: self.late,
             service: Durations::of(&self.service_secs),
@@ -145,9 +150,10 @@ impl Counts {
     }
 
     /// The rate of the last [`RECENT_SECS`]; `secs` is the time since the pool was opened.
-    fn recent_per_sec(&self, secs: f64, now_secs: f64) -> f64 {
-        let before = self.recent.partition_point(|at| *at <= now_secs - RECENT_SECS);
-        per_sec(self.recent.len() - before, secs.min(RECENT_SECS))
+    fn recent_per_hour(&self, secs: f64, now_secs: f64) -> Option<f64> {
+        let secs = secs.min(now_secs - self.rate_since_secs).min(RECENT_SECS);
+        let before = self.recent.partition_point(|at| *at <= now_secs - secs);
+        (secs >= LEAST_RATE_SECS).then(|| per_sec(self.recent.len() - before, secs) * 3600.0)
     }
 }
 
