@@ -1,8 +1,8 @@
 //! Input on the picture: mouse, touchpad, and keys that move the camera while they are held.
 
 use egui::{
-    Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Sense, Ui,
-    WidgetInfo, WidgetType,
+    Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Role, Sense, Ui,
+    WidgetInfo,
 };
 use glam::Vec2;
 
@@ -58,7 +58,7 @@ impl PointerInput {
     ) -> Option<Pos2> {
         let PictureArea { picture, visible, whole } = area;
         let response = ui.interact(whole, ui.scope_id().with("picture"), Sense::click_and_drag());
-        let info = || WidgetInfo::labeled(WidgetType::Image, true, "picture of the fleet");
+        let info = || WidgetInfo::labeled(Role::Image, true, "picture of the fleet");
         response.widget_info(info);
         let size = area.size();
         self.drag(ui, &response, area, camera);

@@ -75,7 +75,8 @@ fn each(text: impl Read, mut element: impl FnMut(&BytesStart<'_>)) {
 
 /// Returns the value of an attribute, whatever its prefix.
 fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
-    let mut attributes = element.attributes().with_checks(false).map_while(Result::ok);
+    let mut attributes = element.attributes();
+    let mut attributes = attributes.with_checks(false).map_while(Result::ok);
     let found = attributes.find(|attribute| attribute.key.local_name().into_inner() == name)?;
     found.normalized_value(XmlVersion::Implicit1_0).ok().map(String::from)
 }
