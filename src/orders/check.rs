@@ -208,8 +208,10 @@ impl Check {
         match (columns.have_times(), self.table.has_times) {
             _ if text.is_empty() => {}
             (false, _) => text += "time          in no column: all orders come at time 0\n",
-            (true, false) => text += "time          in no row: all orders come at time 0\n",
-            (true, true) => {}
+            (true, false) if !self.table.orders.is_empty() => {
+                text += "time          in no row that can be read: all orders come at time 0\n";
+            }
+            (true, _) => {}
         }
         let sheets = &self.table.unread_sheets;
         if !sheets.is_empty() {

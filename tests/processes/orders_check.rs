@@ -181,3 +181,12 @@ fn a_stop_that_lacks_a_way_is_a_line() {
         assert!(text.contains(expected), "'{expected}' isn't in:\n{text}");
     }
 }
+
+#[test]
+fn times_that_cannot_be_read_are_not_missing() {
+    let (code, text) = check_rows("from,to,time\n1,3,24:99\n1,3,25:10\n", None);
+    assert_eq!(code, Some(1));
+    assert!(text.contains("line 2: column time") && !text.contains("in no row"), "{text}");
+    let (_, text) = check_rows("from,to,time\n1,3,\n1,3,25:10\n", None);
+    assert!(text.contains("in no row that can be read: all orders come at time 0"), "{text}");
+}
