@@ -104,6 +104,19 @@ impl Point {
         (is_more && growth.mean - half_width >= 1.0).then_some(growth)
     }
 
+    /// Whether robots have an order nearly all the time while more orders wait, so that orders come as
+    /// fast as robots carry them, or faster. A day ends with its orders, and doesn't count.
+    pub fn is_saturated(&self) -> bool {
+        let means = [
+            self.interval(|run| Some(run.utilisation)),
+            self.interval(|run| Some(run.carriable_orders())),
+        ];
+        let [Some(utilisation), Some(open)] = means else { return false };
+        let are_days = self.runs.iter().any(|run| run.end != RunEnd::AtTime);
+        let waiting = open.mean - f64::from(self.robots);
+        !are_days && utilisation.mean >= ALWAYS_BUSY && waiting >= LEAST_GROWTH
+    }
+
     /// Returns the orders an hour, with the interval of their spread over the runs.
     pub fn throughput(&self) -> Option<Interval> {
         self.interval(|run| Some(run.orders_per_hour))
@@ -140,6 +153,9 @@ impl Curve {
 /// finished.
 const LEAST_GROWTH: f64 = 2.0;
 const LEAST_GROWTH_PART: f64 = 0.01;
+
+/// The part of the time with an order from which on robots are busy all the time.
+const ALWAYS_BUSY: f64 = 0.98;
 
 /// The largest number of rounds of refinement. Each at least halves a distance, so fewer are
 /// needed.

@@ -43,6 +43,8 @@ pub struct Binding {
     /// The growth of the backlog in half of a run's time, in orders, if orders come faster than
     /// robots carry them.
     pub backlog_growth: Option<Interval>,
+    /// Whether robots have an order nearly all the time while more orders wait.
+    pub is_saturated: bool,
     /// The part of the robots' time with an order.
     pub utilisation: Option<Interval>,
     /// The part of the robots' time in which they waited for room.
@@ -120,6 +122,7 @@ impl Binding {
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
             stuck_orders: StuckOrders::of(point),
             backlog_growth: point.growth(),
+            is_saturated: point.is_saturated(),
             utilisation: point.interval(|run| Some(run.utilisation)),
             waiting: point.interval(|run| Some(run.waiting)),
             place: None,

@@ -75,6 +75,8 @@ pub struct PointAnswer {
     /// The growth of the backlog in half of a run's time, in orders, if orders come faster than
     /// robots carry them.
     pub backlog_growth: Option<Interval>,
+    /// Whether robots have an order nearly all the time while more orders wait.
+    pub is_saturated: bool,
     /// Storages that are full or empty at the end, with the orders that wait for them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub storages: Vec<StorageLack>,
@@ -211,6 +213,7 @@ impl PointAnswer {
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
             stuck_orders: StuckOrders::of(point),
             backlog_growth: point.growth(),
+            is_saturated: point.is_saturated(),
             storages: storages(point, graph),
         }
     }

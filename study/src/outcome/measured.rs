@@ -116,6 +116,12 @@ impl Measured {
     pub fn is_stalled(&self) -> bool {
         !self.stalls.is_empty()
     }
+
+    /// The orders that weren't over at the end, without those that can't be carried.
+    pub fn carriable_orders(&self) -> f64 {
+        let unplaced: u64 = self.unplaced.iter().map(|unplaced| unplaced.orders).sum();
+        self.open_orders.saturating_sub(unplaced + self.unroutable_orders) as f64
+    }
 }
 
 impl Outcome {

@@ -100,7 +100,8 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     let point = variant.points.last()?;
     let open = point.open_orders?.mean;
     let many = MANY_OPEN + MANY_OPEN_PER_ROBOT * f64::from(point.robots);
-    if variant.is_load_endless || (open <= many && point.backlog_growth.is_none()) {
+    let is_told = open > many || point.backlog_growth.is_some() || point.is_saturated;
+    if variant.is_load_endless || !is_told {
         return None;
     }
     let robots = robots_in_words(point.robots);

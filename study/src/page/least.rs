@@ -97,6 +97,9 @@ fn missed(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Str
             words::in_words(growth, Kind::Bounded, "", |orders| format!("{orders:.1}"))
         ));
     }
+    if binding.is_saturated && binding.backlog_growth.is_none() && !is_load_endless {
+        texts.push("orders come as fast as they are carried, or faster".to_owned());
+    }
     if tells_open_orders(binding, open) {
         let noun = if open.round() == 1.0 { "order is" } else { "orders are" };
         let stuck = binding.stuck_orders.in_words();
@@ -239,6 +242,7 @@ mod tests {
             open_orders: interval(0.0),
             stuck_orders: StuckOrders::default(),
             backlog_growth: None,
+            is_saturated: false,
             utilisation: interval(0.97),
             waiting: interval(waiting),
             place: place.map(str::to_owned),

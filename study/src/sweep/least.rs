@@ -42,8 +42,8 @@ pub enum Standing {
     Met,
     /// The interval contains the limit.
     Open,
-    /// It misses it, with 95 % confidence; or a run had no end or no progress, or orders come faster
-    /// than they are carried.
+    /// It misses it, with 95 % confidence; or a run had no end or no progress, or orders come as fast
+    /// as they are carried, or faster.
     Missed,
 }
 
@@ -86,7 +86,7 @@ pub fn standing(target: &Target, point: &Point) -> Standing {
         return Standing::Missed;
     }
     // The longer the run, the longer orders take.
-    if target.is_of_orders() && point.growth().is_some() {
+    if target.is_of_orders() && falls_behind(point) {
         return Standing::Missed;
     }
     let Some(interval) = interval(target, point) else { return Standing::Missed };
@@ -104,6 +104,11 @@ pub fn standing(target: &Target, point: &Point) -> Standing {
         (_, true) => Standing::Missed,
         _ => Standing::Open,
     }
+}
+
+/// Whether orders come as fast as they are carried, or faster.
+fn falls_behind(point: &Point) -> bool {
+    point.growth().is_some() || point.is_saturated()
 }
 
 /// Whether a day wasn't over at its limit in a run.
@@ -205,8 +210,8 @@ fn score(targets: &[Target], point: &Point) -> [f64; 3] {
         interval.map_or(f64::NEG_INFINITY, |interval| target.margin(interval.mean))
     });
     let worst = margins.fold(f64::INFINITY, f64::min);
-    let falls_behind = targets.iter().any(Target::is_of_orders) && point.growth().is_some();
-    let is_whole = !point.is_stalled() && !is_overdue(point) && !falls_behind;
+    let is_behind = targets.iter().any(Target::is_of_orders) && falls_behind(point);
+    let is_whole = !point.is_stalled() && !is_overdue(point) && !is_behind;
     let worst = if is_whole { worst } else { f64::NEG_INFINITY };
     let throughput = match worst.is_finite() {
         true => 0.0,

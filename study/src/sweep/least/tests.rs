@@ -77,6 +77,20 @@ fn robots_whose_backlog_grows_meet_no_target_of_orders() {
 }
 
 #[test]
+fn robots_that_are_busy_all_the_time_while_orders_wait_meet_no_target_of_orders() {
+    let plant = |open_orders: u64, unroutable_orders: u64| {
+        move |robots: u32, seed: u64| {
+            let utilisation = if robots < 3 { 0.99 } else { 0.7 };
+            let run = Measured { end: RunEnd::AtTime, utilisation, ..day(300.0 + seed as f64) };
+            Ok(Measured { open_orders, unroutable_orders, ..run })
+        }
+    };
+    assert_eq!(found(&search(TARGET, "1..5", plant(12, 0)).0), Some(3));
+    assert_eq!(found(&search(TARGET, "1..5", plant(2, 0)).0), Some(1), "robots carry them");
+    assert_eq!(found(&search(TARGET, "1..5", plant(12, 11)).0), Some(1), "nobody can carry them");
+}
+
+#[test]
 fn with_chance_the_answer_is_within_one_robot_of_the_truth() {
     // The p99 falls with the number of robots; 40 robots have 360 s, so that 41 are the least.
     let mut right = 0;
