@@ -89,7 +89,7 @@ fn a_recording_begins_at_the_end_of_the_warm_up_with_all_that_a_late_reader_woul
     let scenario = scenario(folder.path(), &recorder);
     let name = unique("warm-up-recorded");
     let mut command = regatta();
-    command.arg("run").arg(&scenario).args(["--fleet", name.as_str(), "--for", "2s"]);
+    command.arg("run").arg(&scenario).args(["--fleet", name.as_str(), "--for", "2s", "--trust"]);
     let output = command.output().expect("regatta starts");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && errors.contains("no frame lost"), "{errors}");
