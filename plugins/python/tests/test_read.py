@@ -100,15 +100,15 @@ def test_a_recording_is_a_table_as_the_program_exports_it(tmp_path: Path) -> Non
         of_frame = next(iter(recording)).to_polars()
         table, pandas = recording.to_polars(), recording.to_pandas()
     assert table.columns == list(pandas.columns)
-    assert header[0] == "time_s" and [name.replace("-", "_") for name in header[1:]] == table.columns
+    assert header[0] == "time_s" and header[1:] == table.columns
     assert table.columns[-3:] == ["goal", "type", "waits_for"]
     assert ["run", *of_frame.columns] == table.columns
     assert len(table) == len(pandas) == len(rows) == 204
     seconds = [float(row["sim_time_s"]) for row in rows]
     assert table["sim_time_s"].to_list() == list(pandas["sim_time_s"]) == pytest.approx(seconds, abs=1e-9)
     for name in set(table.columns) - {"sim_time_s", "state", "activity"}:
-        texts = [row[name.replace("waits_for", "waits-for")] for row in rows]
-        known = [None if text in ("", "NaN") else text for text in texts]
+        texts = [row[name] for row in rows]
+        known = [text or None for text in texts]
         of_export = polars.Series(known, dtype=polars.String).cast(table[name].dtype)
         assert of_export.equals(table[name]), name
         of_pandas = [None if is_missing else value for value, is_missing in zip(pandas[name], pandas[name].isna())]
