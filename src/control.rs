@@ -60,11 +60,28 @@ pub fn is_paused(status: &ControlResponse) -> bool {
     status.clock == ClockState::Paused as u32
 }
 
+/// Whether a fleet is in its warm-up.
+pub fn is_warming_up(status: &ControlResponse) -> bool {
+    status.clock == ClockState::WarmingUp as u32
+}
+
+/// The state of a clock in words.
+fn clock_word(status: &ControlResponse) -> &'static str {
+    match status.clock {
+        clock if clock == ClockState::Paused as u32 => "paused",
+        clock if clock == ClockState::WarmingUp as u32 => "warming up",
+        _ => "running",
+    }
+}
+
 /// Formats the status of a fleet in one line: with the activities of its robots if they are known,
 /// else with their states.
 pub fn status_line(status: &ControlResponse, activities: Option<RobotCounts>) -> String {
     let robots = activities.map_or_else(|| states(status), |robots| robots.in_words());
-    let clock = if is_paused(status) { "  paused" } else { "" };
+    let clock = match clock_word(status) {
+        "running" => String::new(),
+        word => format!("  {word}"),
+    };
     let owner = status.owner().map_or_else(String::new, |owner| format!("  moved by {owner}"));
     format!(
         "t {:.2} s{clock}  rtf {:.2}  robots {} ({robots})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
@@ -75,6 +92,20 @@ pub fn status_line(status: &ControlResponse, activities: Option<RobotCounts>) ->
         status.tick_cost_p99_nanos as f64 * 1e-6,
         status.late_ticks,
     ) + &owner
+}
+
+/// Formats the line of a second of a run, which fits into a terminal of 80 columns: the costs of
+/// ticks and the owner are in [`status_line`].
+pub fn run_line(status: &ControlResponse, activities: Option<RobotCounts>) -> String {
+    let robots = activities.map_or_else(|| states(status), |robots| robots.in_words());
+    let clock = if is_paused(status) { "  paused" } else { "" };
+    format!(
+        "t {:.2} s{clock}  rtf {:.2}  robots {} ({robots})  late {}",
+        status.sim_time_nanos as f64 * 1e-9,
+        status.real_time_factor,
+        status.robots,
+        status.late_ticks,
+    )
 }
 
 /// Formats the states of any robots: `idle 3, driving 12`.
@@ -107,7 +138,7 @@ fn status_value(status: &ControlResponse) -> Value {
         "tick": status.tick,
         "sim_time_secs": status.sim_time_nanos as f64 * 1e-9,
         "wall_time_secs": status.wall_time_nanos as f64 * 1e-9,
-        "clock": if is_paused(status) { "paused" } else { "running" },
+        "clock": clock_word(status),
         "speed": speed,
         "real_time_factor": status.real_time_factor,
         "robots": status.robots,

@@ -139,6 +139,13 @@ impl DayArgs {
             let path = path.display();
             tell!("study: {path}: from line {line} on, times are of the next day");
         }
+        if table.hidden_rows > 0 {
+            let (path, rows) = (path.display(), table.hidden_rows);
+            tell!("study: {path}: {rows} hidden rows of the workbook are read as all others");
+        }
+        for note in &table.notes {
+            tell!("study: {}: {note}", path.display());
+        }
         let clock = table.begin.and_then(clock);
         let orders = table.into_orders().map_err(|error| of_file(path, &error.to_string()))?;
         let Some(last_secs) = orders.iter().map(|order| order.secs).reduce(f64::max) else {

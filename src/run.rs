@@ -376,7 +376,7 @@ fn line(
     let robots = activities.of_run(status.run_id)?;
     Ok(match args.json {
         true => control::status_json(status, robots).to_string(),
-        false => control::status_line(status, robots),
+        false => control::run_line(status, robots),
     })
 }
 

@@ -19,7 +19,7 @@ use crate::arc_length;
 use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use disturbances::Schedule;
-pub use options::{EngineError, Options, Summary, WarmUp};
+pub use options::{EngineError, Options, PlacesTaken, Summary, WarmUp};
 pub use population::{scenario_world, world};
 use regatta_motion::Isa;
 use regatta_motion::Tracks;

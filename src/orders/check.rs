@@ -83,10 +83,11 @@ impl Check {
         }
         let bad_lines: BTreeSet<usize> = problems.iter().map(|(line, _)| *line).collect();
         let (mut hours, mut flows) = (BTreeMap::new(), BTreeMap::new());
-        let (mut times, mut names) = (Vec::new(), BTreeMap::new());
-        for order in table.orders.iter().filter(|order| !bad_lines.contains(&order.line)) {
+        let good = table.orders.iter().filter(|order| !bad_lines.contains(&order.line));
+        let (mut times, names) = (Vec::new(), names(good.clone(), places));
+        for order in good {
             *hours.entry((order.secs / HOUR_SECS) as u64).or_default() += 1;
-            for [from, to] in stops(order, places, &mut names).array_windows() {
+            for [from, to] in stops(order, places, &names).array_windows() {
                 *flows.entry([from.clone(), to.clone()]).or_default() += 1;
             }
             times.push(order.secs);
@@ -141,6 +142,8 @@ impl Check {
             "orders": self.orders,
             "columns": columns,
             "unused_columns": self.table.columns.unused().collect::<Vec<_>>(),
+            "hidden_rows": self.table.hidden_rows,
+            "notes": self.table.notes,
             "midnight_line": self.table.midnight_line,
             "begin": self.table.begin.map(|begin| begin.to_string()),
             "problems": rows.collect::<Vec<_>>(),
@@ -211,6 +214,17 @@ impl Check {
         let sheets = &self.table.unread_sheets;
         if !sheets.is_empty() {
             let _ = writeln!(text, "not read      the sheets {}", sheets.join(", "));
+        }
+        if self.table.hidden_rows > 0 {
+            let _ = writeln!(
+                text,
+                "hidden rows   {}, which a filter of the workbook hides, or someone by hand: they \
+                 are read as all others",
+                self.table.hidden_rows
+            );
+        }
+        for note in &self.table.notes {
+            let _ = writeln!(text, "numbers       {note}");
         }
         text
     }
@@ -286,16 +300,30 @@ fn stops_without_way(
     found
 }
 
-/// The stops of an order. A node that the file calls by its name and by its id has the one that
-/// came first: `names` has it by node.
-fn stops(order: &TimedDraft, places: &Places, names: &mut BTreeMap<u32, String>) -> Vec<String> {
-    let mut stops = Vec::new();
-    for stop in &order.draft.destinations {
+/// The names of the nodes of orders: that of the file if it calls a node by one name only, and that
+/// of the plant otherwise.
+fn names<'a>(
+    orders: impl Iterator<Item = &'a TimedDraft>,
+    places: &Places,
+) -> BTreeMap<u32, String> {
+    let mut names: BTreeMap<u32, String> = BTreeMap::new();
+    for stop in orders.flat_map(|order| &order.draft.destinations) {
         let name = stop.location_name.to_string();
-        stops.push(match places.find(&name) {
-            Some(node) => names.entry(node).or_insert(name).clone(),
-            None => name,
-        });
+        let Some(node) = places.find(&name) else { continue };
+        let known = names.entry(node).or_insert_with(|| name.clone());
+        if *known != name {
+            *known = places.label(node);
+        }
     }
-    stops
+    names
+}
+
+/// The stops of an order, by the names of their nodes.
+fn stops(order: &TimedDraft, places: &Places, names: &BTreeMap<u32, String>) -> Vec<String> {
+    let stops = order.draft.destinations.iter().map(|stop| stop.location_name.to_string());
+    let named = stops.map(|name| {
+        let found = places.find(&name).and_then(|node| names.get(&node));
+        found.cloned().unwrap_or(name)
+    });
+    named.collect()
 }

@@ -8,7 +8,7 @@ use regatta_meter::meter::Effort;
 use regatta_plugin::Termination;
 use regatta_run::{Run, RunError, Summary};
 use regatta_scenario::{PluginCommand, Scenario};
-use regatta_study::statistics::percentile;
+use regatta_study::statistics::{median, percentile};
 use regatta_validator::Report;
 use serde_json::json;
 
@@ -124,6 +124,11 @@ impl<'a> Results<'a> {
         percentile(&secs, percent)
     }
 
+    fn median_secs(&self) -> Option<f64> {
+        let secs = self.figures.finished.iter().map(|order| order.service_secs);
+        median(&secs.collect::<Vec<_>>())
+    }
+
     /// The part of the robots' time that `secs` takes from an effort, from 0 to 1.
     fn part(&self, secs: impl Fn(&Effort) -> f64) -> f64 {
         let sum: f64 = self.figures.effort.iter().map(&secs).sum();
@@ -165,8 +170,10 @@ impl<'a> Results<'a> {
     }
 
     fn table(&self) -> String {
-        let service = match (self.service_secs(50), self.service_secs(99)) {
-            (Some(p50), Some(p99)) => format!("median {p50:.1} s, 99th percentile {p99:.1} s"),
+        let service = match (self.median_secs(), self.service_secs(99)) {
+            (Some(median), Some(p99)) => {
+                format!("median {median:.1} s, 99th percentile {p99:.1} s")
+            }
             _ => "no order was finished".to_owned(),
         };
         let found: Vec<_> =

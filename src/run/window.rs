@@ -1,13 +1,14 @@
 //! The viewer of a run: it opens when the warm-up is over.
 
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use regatta_plugin::FleetName;
 use regatta_plugin::control::ControlResponse;
 use regatta_scenario::{Scenario, Viewer};
 
 use super::{HAS_VIEWER, RunArgs, VIEWER, this_program};
+use crate::control;
 use crate::failure::Failure;
 use crate::scenario;
 use crate::supervisor::Supervisor;
@@ -15,7 +16,6 @@ use crate::supervisor::Supervisor;
 /// The part of a run before its window opens.
 pub(super) struct Opening {
     viewer: Option<Command>,
-    warm_up: Duration,
     /// The time at which the warm-up ended.
     warm_since: Option<Instant>,
 }
@@ -47,7 +47,7 @@ impl Opening {
             Viewer::Auto | Viewer::On => Some(viewer_command(&args.options.fleet, scenario)?),
         };
         let warm_since = warm_up.is_zero().then(Instant::now);
-        Ok(Self { viewer, warm_up, warm_since })
+        Ok(Self { viewer, warm_since })
     }
 
     /// The time at which the warm-up ended, or the run began without one; `None` while it goes on.
@@ -69,10 +69,7 @@ impl Opening {
         if self.warm_since.is_some() {
             return Ok(());
         }
-        // A plugin that doesn't take part ends it early: then the speed is the run's.
-        let is_over =
-            Duration::from_nanos(status.sim_time_nanos) >= self.warm_up || status.speed.is_finite();
-        if !is_over {
+        if control::is_warming_up(status) {
             return Ok(());
         }
         self.warm_since = Some(Instant::now());

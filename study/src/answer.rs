@@ -27,7 +27,7 @@ pub use cost::{Cheapest, CostAnswer, CostFigure, Missing, PointCost};
 pub use least::{Binding, LeastAnswer, TargetAnswer};
 pub use no_room::NoRoom;
 pub use peaks::{BacklogAnswer, HourAnswer, MeanHour, PeaksAnswer, Spread};
-pub use point::{BUSY, PointAnswer, RunAnswer, StorageLack};
+pub use point::{BUSY, PointAnswer, RunAnswer, StorageLack, StuckOrders};
 pub(crate) use time::node_name;
 pub use time::{GroupTime, PartAnswer, TimeAnswer};
 

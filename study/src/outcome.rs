@@ -4,6 +4,7 @@ mod backlog;
 mod example;
 mod measured;
 mod stall;
+mod survival;
 mod time_split;
 
 use std::collections::BTreeMap;

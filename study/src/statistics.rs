@@ -145,6 +145,15 @@ pub fn percentile(values: &[f64], hundredths: usize) -> Option<f64> {
     sorted.get(rank).copied()
 }
 
+/// Returns the median: of an even number of values, the mean of the two in the middle; `None` if
+/// there are no values.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let lower = sorted.get(sorted.len().saturating_sub(1) / 2)?;
+    Some(f64::midpoint(*lower, sorted[sorted.len() / 2]))
+}
+
 /// The knee of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Knee {
@@ -286,6 +295,12 @@ mod tests {
         {
             assert!((t_975(degrees) - expected).abs() < 6e-4, "{degrees}: {}", t_975(degrees));
         }
+    }
+
+    #[test]
+    fn the_median_of_an_even_number_is_between_two_values() {
+        assert_eq!((median(&[4.0, 1.0]), median(&[3.0, 1.0, 2.0])), (Some(2.5), Some(2.0)));
+        assert_eq!((median(&[7.0]), median(&[])), (Some(7.0), None));
     }
 
     #[test]

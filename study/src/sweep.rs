@@ -12,7 +12,7 @@ mod outlook;
 
 use std::collections::BTreeMap;
 
-use crate::outcome::{Measured, Service};
+use crate::outcome::{Measured, RunEnd, Service};
 use crate::plan::{Precision, Question, Robots};
 use crate::statistics::Interval;
 use crate::workers::RunFailure;
@@ -89,6 +89,21 @@ impl Point {
         self.runs.iter().any(Measured::is_stalled)
     }
 
+    /// Returns the growth of the backlog in half of a run's time, if orders come faster than robots
+    /// carry them: it grows with 95 % confidence, and by more than a few orders. A day ends with its
+    /// orders, and has none.
+    pub fn growth(&self) -> Option<Interval> {
+        if self.runs.iter().any(|run| run.end != RunEnd::AtTime) {
+            return None;
+        }
+        let growth = self.interval(|run| Some(run.backlog_growth))?;
+        let finished = self.interval(|run| Some(run.finished_orders as f64))?.mean;
+        // A single run has a spread as counts of independent orders have.
+        let half_width = growth.half_width.unwrap_or(2.0 * finished.sqrt());
+        let is_more = growth.mean >= LEAST_GROWTH.max(LEAST_GROWTH_PART * finished);
+        (is_more && growth.mean - half_width >= 1.0).then_some(growth)
+    }
+
     /// Returns the orders an hour, with the interval of their spread over the runs.
     pub fn throughput(&self) -> Option<Interval> {
         self.interval(|run| Some(run.orders_per_hour))
@@ -120,6 +135,11 @@ impl Curve {
         if least.found.is_some() { least.fewer } else { least.closest }
     }
 }
+
+/// The least growth of a backlog that isn't chance, in orders, and as a part of those that were
+/// finished.
+const LEAST_GROWTH: f64 = 2.0;
+const LEAST_GROWTH_PART: f64 = 0.01;
 
 /// The largest number of rounds of refinement. Each at least halves a distance, so fewer are
 /// needed.

@@ -95,7 +95,7 @@ fn a_node_by_its_name_and_by_its_id_is_one_end_of_a_flow() {
     let rows = "from,to,time\nDock,B,0\nA,Shelf,30\nA,B,120\nB,Dock,130\n";
     let (code, text) = check_rows(rows, Some(plant));
     assert_eq!(code, Some(0), "{text}");
-    assert!(text.contains("     3  Dock → B\n     1  B → Dock\n"), "{text}");
+    assert!(text.contains("     3  Dock → Shelf\n     1  Shelf → Dock\n"), "{text}");
     assert!(text.contains("longest gap   90 s without an order"), "{text}");
     let (_, text) = check_rows("stops\nA:pick B:drop A:park\nA:pick B:drop A:park\n", Some(plant));
     assert!(text.contains("     2  A → B\n     2  B → A\n"), "{text}");

@@ -51,6 +51,10 @@ const TESTS: &[(&str, fn())] = &[
         "an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu",
         steering::an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu,
     ),
+    (
+        "a_picture_is_saved_while_the_search_field_has_the_focus",
+        a_picture_is_saved_while_the_search_field_has_the_focus,
+    ),
     ("a_heat_map_is_shown_and_hidden", layers::a_heat_map_is_shown_and_hidden),
     (
         "a_recording_has_a_heat_map_without_another_program",
@@ -108,6 +112,26 @@ fn close(screen: &Screen, viewer: Process) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && !stderr.contains("panicked"), "{}: {stderr}", output.status);
     stderr
+}
+
+fn a_picture_is_saved_while_the_search_field_has_the_focus() {
+    let screen = Screen::start();
+    let fleet = Fleet::start("window-saved", "thirty.yaml", &[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = regatta();
+    command.args(["viewer", "--fleet", fleet.name.as_str()]).current_dir(folder.path());
+    screen.configure(&mut command);
+    let viewer = Process::start(&mut command);
+    screen.window(&format!("Regatta: {}", fleet.name));
+    eventually("the fleet is drawn", || (screen.screenshot().colours() > 100).then_some(()));
+    screen.xdotool(&["key", "ctrl+f"]);
+    screen.xdotool(&["type", "robot"]);
+    screen.xdotool(&["key", "ctrl+s"]);
+    eventually("the picture is saved", || {
+        let mut files = std::fs::read_dir(folder.path()).ok()?.filter_map(Result::ok);
+        files.any(|file| file.path().extension().is_some_and(|end| end == "png")).then_some(())
+    });
+    close(&screen, viewer);
 }
 
 fn a_window_is_turned_zoomed_resized_and_closed() {

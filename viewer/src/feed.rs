@@ -7,6 +7,7 @@ use regatta_interface::view_model::Counts;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::column::{ACTIVITY, TYPE};
 use regatta_plugin::facility::FacilityState;
+use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::{
     ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, FacilityReader, Frame,
     Participant, ReadError, RecordingReader, ReplayedRecording, Result, Subscriber, World,
@@ -40,6 +41,8 @@ pub struct Feed {
     /// Whether the value column has a publisher.
     is_value_published: bool,
     counts: Counts,
+    /// The simulated time of the newest frame, if it belongs to the warm-up of a run.
+    warm_up: Option<Duration>,
     /// Run and tick of the newest frame.
     last: Option<(u64, u64)>,
     liveliness: Liveliness,
@@ -86,6 +89,7 @@ impl Feed {
             polls: 0,
             is_value_published: false,
             counts: Counts::default(),
+            warm_up: None,
             last: None,
             liveliness: Liveliness::default(),
         })
@@ -116,7 +120,7 @@ impl Feed {
     /// [`ReadError`] if a connection is broken, or a message contradicts its header.
     pub fn poll(&mut self) -> Result<News, ReadError> {
         self.activity.latest()?;
-        let news = News {
+        let mut news = News {
             world: self.worlds.latest()?.is_some(),
             robot_type: self.robot_type.latest()?.is_some(),
             value: self.poll_value()?,
@@ -128,6 +132,12 @@ impl Feed {
             recording: self.recording.take()?,
         };
         self.update_liveliness(&news);
+        if news.frame {
+            let header = self.frames.current()?.map(|frame| *frame.header());
+            let warm_up = header.filter(FrameHeader::is_warm_up);
+            self.warm_up = warm_up.map(|header| Duration::from_nanos(header.sim_time_nanos));
+            news.frame = self.warm_up.is_none();
+        }
         if news.frame
             && let Some(frame) = self.frames.current()?
         {
@@ -193,10 +203,15 @@ impl Feed {
         Ok(changed)
     }
 
-    /// The newest frame.
+    /// The newest frame. Those of a warm-up aren't shown: the run begins at its end.
     pub fn frame(&self) -> Option<Frame<'_>> {
         // `poll` has reported a malformed frame.
-        self.frames.current().ok()?
+        self.frames.current().ok()?.filter(|_| self.warm_up.is_none())
+    }
+
+    /// The simulated time that a run in its warm-up has driven so far.
+    pub fn warm_up(&self) -> Option<Duration> {
+        self.warm_up
     }
 
     /// The newest world.

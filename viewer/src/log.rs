@@ -142,6 +142,12 @@ impl LogCollector {
             // If a run begins while the window is open, events may precede the first frame.
             *has_missed = found.is_new_run;
         }
+        if frame.header().is_warm_up() {
+            // What happens there isn't of the run.
+            *health = Health::new(clock.sim_nanos);
+            records.take(*run_id, &clock, standing, &mut Vec::new())?;
+            return Ok(found);
+        }
         found.is_replayed = now.change_of_replay(*run_id);
         let missed = records.take(*run_id, &clock, standing, &mut found.news)?;
         thin_out(&mut found.news);

@@ -79,6 +79,19 @@ pub enum Content<'text> {
     Map(Vec<(Node<'text>, Node<'text>)>),
 }
 
+/// Returns the error of a tab in the indentation of a line, or of the one before it.
+fn tab_before(text: &str, line: usize) -> Option<Error> {
+    let lines = (1..).zip(text.lines()).skip(line.saturating_sub(2)).take(2);
+    let mut with_tab = lines.filter(|(_, content)| {
+        let indentation = content.len() - content.trim_start_matches([' ', '\t']).len();
+        content[..indentation].contains('\t')
+    });
+    let (line, _) = with_tab.next()?;
+    let reason = "the line begins with a tab, and YAML is indented with spaces only: replace tabs \
+                  by spaces";
+    Some(Error { line, reason: reason.to_owned() })
+}
+
 /// Parses the one document of a text. An empty text is [`Content::Null`].
 ///
 /// # Errors
@@ -91,9 +104,9 @@ pub fn parse(text: &str) -> Result<Node<'_>, Error> {
     check_limits(text)?;
     let mut builder = Builder::new(text);
     for event in Parser::new_from_str(text) {
-        let (event, span) = event.map_err(|error| Error {
-            line: error.marker().line(),
-            reason: error.info().to_owned(),
+        let (event, span) = event.map_err(|error| {
+            let (line, reason) = (error.marker().line(), error.info().to_owned());
+            tab_before(text, line).unwrap_or(Error { line, reason })
         })?;
         builder.take(event, span)?;
     }

@@ -51,9 +51,9 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 ///
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
 /// they allow reverse gear. Nodes show their headings; stations are badges with the sign of their
-/// role, which the legend names, doors bars, cabins of lifts outlines. Labels are names or else
-/// ids: those of nodes in grey, unless there are thousands; those of edges in the colour of the
-/// edge, if there are few. Zones have their names in their middle. A label without room is left
+/// role, which the legend names, doors bars, cabins of lifts outlines. Labels are names: those of
+/// nodes in grey, unless there are thousands; those of edges in the colour of the edge, if there
+/// are few. What has no name has its id, smaller and fainter. Zones have their names in their middle. A label without room is left
 /// out. The lines of the background are grey walls, and thinner brown racks. The levels of a
 /// building are side by side, each in a frame with its name.
 pub fn svg(graph: &RouteGraph) -> String {

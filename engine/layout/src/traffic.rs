@@ -14,7 +14,8 @@
 //!   ([`sweep`](regatta_base::sweep)): what is said to be free is free.
 //!
 //! Only the main part has sections, and legs under a [crawl](regatta_base::graph::CRAWL) are no
-//! ways. Zones aren't in the model: they may allow fewer robots, so that numbers are bounds then.
+//! ways. Zones aren't in the model: they may allow fewer robots, so that numbers are bounds then,
+//! and rings that a zone never lets close are told as such.
 //! Robots on different levels of a building don't touch. Robots that stop between nodes, or
 //! move at the same time, can do more than the model, and a fleet manager may do less. Where a
 //! number of the model would take too long to compute, it is a bound, and says so
@@ -102,8 +103,8 @@ pub struct Certificate {
     pub under_way: MostUnderWay,
     /// The nodes that legs lead to, and no way leaves.
     pub sinks: Vec<NodeIndex>,
-    /// The zones, which nothing else here counts but the number of [safe
-    /// robots](Self::safe_robots).
+    /// The zones that may keep robots out. Of the numbers here, only that of [safe
+    /// robots](Self::safe_robots) and [rings of two](Rings::pairs) count them.
     pub zones: Vec<Zone>,
     station_names: StationNames,
 }
@@ -126,7 +127,7 @@ impl Certificate {
             slow: slow::slow_legs(graph),
             under_way: under_way::most_under_way(&network, &conflicts, robot),
             sinks: sinks(&network),
-            zones: graph.zones().to_vec(),
+            zones: graph.zones().iter().filter(|zone| zone.is_limit()).cloned().collect(),
             station_names: names,
         }
     }
@@ -136,17 +137,26 @@ impl Certificate {
     /// drive. `None` if that is proved for any number. Zones count: no more robots are safe than
     /// any zone lets in at once.
     pub fn safe_robots(&self) -> Option<u32> {
+        self.safe_on_roads().into_iter().chain(self.safe_in_zones()).min()
+    }
+
+    /// As [`safe_robots`](Self::safe_robots), without zones.
+    fn safe_on_roads(&self) -> Option<u32> {
         let rings = &self.rings;
-        let by_rings = match (self.sinks.is_empty(), rings.fewest(), rings.certainty) {
+        let fewest = if rings.kept_apart > 0 { Some(2) } else { rings.fewest() };
+        match (self.sinks.is_empty(), fewest, rings.certainty) {
             (false, _, _) => Some(0),
             (true, None, Certainty::Exact) => None,
             (true, Some(2), _) => Some(1),
             (true, Some(robots), Certainty::Exact) => Some(robots as u32 - 1),
             // All pairs are known: there is none.
             (true, _, Certainty::Bound) => Some(2),
-        };
-        let by_zones = self.zones.iter().map(|zone| safe_in(zone.rule)).min();
-        by_rings.into_iter().chain(by_zones).min()
+        }
+    }
+
+    /// The largest number of robots that no zone keeps out; `None` without zones.
+    fn safe_in_zones(&self) -> Option<u32> {
+        self.zones.iter().map(|zone| safe_in(zone.rule)).min()
     }
 }
 

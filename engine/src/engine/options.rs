@@ -1,5 +1,6 @@
 //! The options, the summary and the error of a run.
 
+use std::fmt;
 use std::time::Duration;
 
 use regatta_motion::Isa;
@@ -73,6 +74,24 @@ pub struct Summary {
     pub digest: Option<u128>,
 }
 
+/// Whether robots that stand took all places of a layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlacesTaken {
+    /// No seed places more robots.
+    All,
+    /// Another seed may place more.
+    Some,
+}
+
+impl fmt::Display for PlacesTaken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::All => "which are all taken then, with any seed",
+            Self::Some => "taken in the random order of the seed: another seed may place more",
+        })
+    }
+}
+
 /// The error that ends a run.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
@@ -99,18 +118,19 @@ pub enum EngineError {
     )]
     TooFewFrames(u32),
     /// No place was found for all robots that stand. They are placed one after the other: the
-    /// number that fits is a lower bound.
+    /// number that fits is a lower bound unless all places are taken.
     #[error(
         "{fit} of {wanted} robots fit where they wait for commands (nodes of the layout's main part \
          at which an edge ends, 0.1 m from each other, and no more in a zone than it holds), \
-         taken in the random order of the seed: another seed may place more; use fewer, or a \
-         larger graph"
+         {places}; use fewer, or a larger graph"
     )]
     NoRoom {
         /// The requested number of robots.
         wanted: u32,
         /// The number that was placed.
         fit: u32,
+        /// Whether another seed may place more.
+        places: PlacesTaken,
     },
     /// A robot would begin in the shaft of a lift whose cabin is elsewhere.
     #[error(

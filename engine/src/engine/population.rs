@@ -21,7 +21,7 @@ use regatta_plugin::world::{
 use regatta_scenario::{RobotType, Shape, Start};
 
 use super::standing::StandingPlaces;
-use super::{EngineError, Scenario, Simulation};
+use super::{EngineError, PlacesTaken, Scenario, Simulation};
 use crate::arc_length;
 use crate::fleet::{Placement, RouteSource};
 
@@ -55,7 +55,12 @@ impl Simulation {
                     let robot_type = &self.scenario.robot_types[usize::from(index)];
                     let graph = (&*self.scenario.graph, &*self.tracks);
                     let place = places.take(graph, (index, robot_type));
-                    (place.ok_or(EngineError::NoRoom { wanted, fit: robot })?, RouteSource::None)
+                    let Some(place) = place else {
+                        let are_all = places.are_all_taken(graph, &self.scenario.robot_types);
+                        let places = if are_all { PlacesTaken::All } else { PlacesTaken::Some };
+                        return Err(EngineError::NoRoom { wanted, fit: robot, places });
+                    };
+                    (place, RouteSource::None)
                 }
             };
             let spawned = self.fleet.spawn(placement, group.robot_type, route, 0, &mut self.events);

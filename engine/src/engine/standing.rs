@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+use regatta_base::most_apart;
 use regatta_base::random::mix;
 use regatta_layout::model::components::Components;
 use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
@@ -29,6 +30,8 @@ pub(super) struct StandingPlaces {
     zones: ZoneRoom,
     /// Metres: two robots in cells that aren't neighbours are far enough from each other.
     cell_size: f64,
+    /// The number of places that were taken.
+    taken: usize,
 }
 
 impl StandingPlaces {
@@ -63,6 +66,7 @@ impl StandingPlaces {
             cells: BTreeMap::new(),
             zones: ZoneRoom::new(graph),
             cell_size,
+            taken: 0,
         }
     }
 
@@ -95,9 +99,55 @@ impl StandingPlaces {
                 && self.is_free(position, &Footprint::new(robot_type, position, heading))
             {
                 self.occupy(robot_type, pose, place);
+                self.taken += 1;
                 return Some(Placement::Edge(edge, tracks.edge_length(edge) as f32));
             }
         }
+    }
+
+    /// Whether another seed can't place more robots: as many places are taken as robots of any of
+    /// the types ever find. Elsewhere nobody knows.
+    pub fn are_all_taken(
+        &self,
+        (graph, tracks): (&RouteGraph, &Tracks),
+        robot_types: &[RobotType],
+    ) -> bool {
+        let mut by_zone: BTreeMap<Option<u32>, Vec<EdgeIndex>> = BTreeMap::new();
+        let zones = ZoneRoom::new(graph);
+        for edge in &self.ends {
+            let zone = zones.first_of(graph.edge(*edge).destination);
+            by_zone.entry(zone).or_default().push(*edge);
+        }
+        let mut most = 0;
+        for (zone, ends) in by_zone {
+            let room = zone.map_or(usize::MAX, |zone| zones.room_of(zone));
+            most += self.most((graph, tracks), robot_types, &ends).min(room);
+        }
+        self.taken >= most.min(self.most((graph, tracks), robot_types, &self.ends))
+    }
+
+    /// Returns a number of robots that never finds more places at some ends of edges.
+    fn most(
+        &self,
+        (graph, tracks): (&RouteGraph, &Tracks),
+        robot_types: &[RobotType],
+        ends: &[EdgeIndex],
+    ) -> usize {
+        let poses: Vec<_> = ends.iter().map(|edge| end_pose(graph, tracks, *edge)).collect();
+        let positions: Vec<DVec2> = poses.iter().map(|(position, _)| *position).collect();
+        let footprints: Vec<Vec<Footprint>> = poses
+            .iter()
+            .map(|(position, heading)| {
+                let of_type = |robot_type| Footprint::new(robot_type, *position, *heading);
+                robot_types.iter().map(of_type).collect()
+            })
+            .collect();
+        most_apart(&positions, self.cell_size, |one, other| {
+            let pairs = footprints[one]
+                .iter()
+                .flat_map(|a| footprints[other].iter().map(move |b| a.distance(b)));
+            pairs.into_iter().all(|distance| distance < MARGIN)
+        })
     }
 
     fn is_free(&self, position: DVec2, footprint: &Footprint) -> bool {
@@ -215,6 +265,35 @@ mod tests {
     }
 
     #[test]
+    fn places_are_all_taken_only_where_no_seed_finds_more() {
+        let are_all_taken = |graph: &RouteGraph, seed| {
+            let (types, tracks) = ([robot_type()], arc_length::compile(graph));
+            let mut places = StandingPlaces::new(graph, &types, seed);
+            let room = std::iter::from_fn(|| places.take((graph, &tracks), (0, &types[0])));
+            (room.count(), places.are_all_taken((graph, &tracks), &types))
+        };
+        let parsed = |text: &str| parse(text, "t.csv", &ReadOptions::default()).expect("a graph").0;
+        let ring = parsed("id,x,y\nA,0,0\nB,9,0\nC,9,9\n\nfrom,to\nA,B\nB,C\nC,A\nB,A\n");
+        assert_eq!(are_all_taken(&ring, 1), (3, true), "one robot at each node");
+        let door = Zone {
+            name: "door".into(),
+            rule: ZoneRule::EXCLUSIVE,
+            nodes: vec![NodeIndex(0), NodeIndex(1)],
+            edges: Vec::new(),
+            inner: Vec::new(),
+        };
+        assert_eq!(are_all_taken(&ring.with_zones(vec![door]), 1), (2, true), "a zone");
+        // Three nodes in a row: that in the middle is too near to both others.
+        let row = parsed("id,x,y\nA,0,0\nB,0.6,0\nC,1.2,0\nD,9,9\n\nfrom,to\nA,B\nB,C\nC,D\nD,A\n");
+        let answers: Vec<_> = (0..16).map(|seed| are_all_taken(&row, seed)).collect();
+        let most = answers.iter().map(|(room, _)| *room).max();
+        for (room, are_all) in &answers {
+            assert!(!are_all || Some(*room) == most, "{answers:?}");
+        }
+        assert!(answers.contains(&(2, false)) && answers.contains(&(3, true)), "{answers:?}");
+    }
+
+    #[test]
     fn no_zone_holds_more_robots_than_its_rule_allows() {
         let text = "id,x,y\nA,0,0\nB,9,0\nC,9,9\n\nfrom,to\nA,B\nB,C\nC,A\n";
         let (graph, _) = parse(text, "ring.csv", &ReadOptions::default()).expect("a graph");
@@ -223,6 +302,7 @@ mod tests {
             rule: ZoneRule::EXCLUSIVE,
             nodes: vec![NodeIndex(0), NodeIndex(1)],
             edges: Vec::new(),
+            inner: Vec::new(),
         };
         let graph = graph.with_zones(vec![door]);
         for seed in 0..8 {
@@ -241,6 +321,7 @@ mod tests {
             rule: ZoneRule::EXCLUSIVE,
             nodes: Vec::new(),
             edges: vec![EdgeIndex(0), EdgeIndex(1), EdgeIndex(2)],
+            inner: Vec::new(),
         };
         let graph = graph.with_zones(vec![road]);
         for seed in 0..8 {

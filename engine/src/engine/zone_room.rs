@@ -32,6 +32,16 @@ impl ZoneRoom {
         Self { of_node, of_edge, room }
     }
 
+    /// The first zone of a node, if it is in one.
+    pub fn first_of(&self, node: NodeIndex) -> Option<u32> {
+        self.of_node[node.0 as usize].first().copied()
+    }
+
+    /// The robots that a zone still has room for.
+    pub fn room_of(&self, zone: u32) -> usize {
+        self.room[zone as usize] as usize
+    }
+
     /// Whether all zones of a node have room for another robot.
     pub fn has_room(&self, node: NodeIndex) -> bool {
         self.of_node[node.0 as usize].iter().all(|zone| self.room[*zone as usize] > 0)

@@ -47,6 +47,9 @@ impl Default for ChargingSettings {
     }
 }
 
+/// Per cent: robots with less charge while an order waits that takes more than they usually have.
+const ALL: f32 = 99.9;
+
 /// The situation of a robot in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Situation {
@@ -64,6 +67,15 @@ pub struct Situation {
     pub is_unreachable: bool,
     /// Whether it is broken.
     pub is_broken: bool,
+}
+
+/// A charge that a robot may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Charge {
+    /// All of its battery.
+    Full,
+    /// That with which it doesn't go to a charger though it has nothing to do.
+    Usual,
 }
 
 /// A decision about a robot.
@@ -105,6 +117,8 @@ pub struct Charging {
     nearest_secs: Vec<f64>,
     /// The number of chargers that have been measured.
     measured: usize,
+    /// Whether an order waits that takes more than robots usually charge.
+    is_all_needed: bool,
     decisions: Vec<Decision>,
 }
 
@@ -236,17 +250,32 @@ impl Charging {
         robot.has_energy_for(secs, self.settings.reserve)
     }
 
-    /// Whether a robot would have the energy for that with a full battery.
-    pub fn full_suffices(
+    /// Whether a robot would have the energy for that with another charge.
+    pub fn would_suffice(
         &self,
-        robot: u32,
+        (robot, charge): (u32, Charge),
         driving_secs: f64,
         standing_secs: f64,
         last: u32,
     ) -> bool {
         let Some(robot) = self.robots.get(robot as usize) else { return true };
         let secs = self.secs_of(driving_secs, standing_secs, last);
-        Robot { charge: 100.0, ..*robot }.has_energy_for(secs, self.settings.reserve)
+        let charge = match charge {
+            Charge::Full => 100.0,
+            Charge::Usual => self.settings.top_up,
+        };
+        Robot { charge, ..*robot }.has_energy_for(secs, self.settings.reserve)
+    }
+
+    /// Takes whether an order waits that takes more than robots usually charge: until it has a
+    /// robot, they charge completely.
+    pub fn need_all(&mut self, is_all_needed: bool) {
+        self.is_all_needed = is_all_needed;
+    }
+
+    /// A limit of the settings, or a full battery if an order needs one.
+    fn or_all(&self, limit: f32) -> f32 {
+        if self.is_all_needed { limit.max(ALL) } else { limit }
     }
 
     /// The seconds that are planned for driving and standing, and then the way to a charger.

@@ -27,7 +27,7 @@ use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
 use crate::traffic::Seen;
-use regatta_orders::{Candidate, Next, Order, OrderPool, Service, State};
+use regatta_orders::{Candidate, Next, Order, OrderId, OrderPool, Service, State};
 
 /// The progress of a robot with the stop of its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,6 +66,8 @@ pub struct Manager {
     /// The robots for which waiting orders were judged, with the part of the roads of each, and
     /// whether the ways to chargers were known.
     judged_for: (Vec<(u32, Option<u32>)>, bool),
+    /// The waiting orders that take more than the charge that robots usually have.
+    for_full_batteries: BTreeSet<OrderId>,
     warnings: Vec<String>,
     /// The number of cycles in which vehicles were shown.
     vehicle_cycles: usize,
@@ -95,6 +97,7 @@ impl Manager {
             checked: (0, Vec::new()),
             traps: BTreeSet::new(),
             judged_for: (Vec::new(), false),
+            for_full_batteries: BTreeSet::new(),
             warnings: Vec::new(),
             vehicle_cycles: 0,
             vehicles_shown: None,

@@ -196,6 +196,10 @@ struct FleetManager {
     figures: RunFigures,
     /// The activity of each robot of the last frame, by id.
     doing: Vec<Doing>,
+    /// Whether the last frame belongs to the warm-up of the run.
+    is_warm_up: bool,
+    /// Whether it is a process of its own, whose messages reach the user.
+    is_process: bool,
 }
 
 impl FleetManager {
@@ -211,6 +215,8 @@ impl FleetManager {
             pending: BTreeMap::new(),
             figures: RunFigures::default(),
             doing: Vec::new(),
+            is_warm_up: false,
+            is_process: false,
         }
     }
 
@@ -285,9 +291,18 @@ impl FleetManager {
         let rehearsal = Rehearsal::new(roads, &make_orders, &columns, &types)
             .beginning_at(frame.sim_time().as_secs_f64())
             .with_ends(self.cli.ends());
+        let rehearsal = if self.is_process { rehearsal.telling() } else { rehearsal };
         let is_there = |state: &&u8| **state != RobotState::Absent as u8;
         let robots = columns.state.iter().filter(is_there).count();
         Ok(self.cli.planner.planner(roads, robots, Some(&rehearsal)))
+    }
+
+    /// At the end of a warm-up, the current rate of orders begins.
+    fn note_warm_up(&mut self, frame: &Frame<'_>) {
+        let was_warm_up = std::mem::replace(&mut self.is_warm_up, frame.header().is_warm_up());
+        if let Some(manager) = self.manager.as_mut().filter(|_| was_warm_up && !self.is_warm_up) {
+            manager.orders_mut().begin_rate(frame.sim_time().as_secs_f64());
+        }
     }
 
     /// Collects the manager's commands to robots.
@@ -392,6 +407,7 @@ impl Plugin for FleetManager {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         // First, so that no robot moves before others are told.
         let ownership = Ownership::claim(fleet).map_err(only_one)?;
+        self.is_process = !fleet.is_local();
         self.ports = Some(Ports {
             _ownership: ownership,
             commands: Commands::open_on(fleet)?,
@@ -429,6 +445,7 @@ impl Plugin for FleetManager {
             self.begin(opening, frame)?;
             self.figures.add_start(start.elapsed());
         }
+        self.note_warm_up(frame);
         let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else {
             return Ok(());
         };

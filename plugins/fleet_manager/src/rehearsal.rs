@@ -7,11 +7,14 @@
 
 mod body;
 
+use std::cell::Cell;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use glam::vec2;
 use regatta_orders::OrderPool;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
+use regatta_plugin::tell;
 
 use self::body::{Body, Pose};
 use crate::manager::Manager;
@@ -46,6 +49,9 @@ const LEAST_DEVIATIONS: f32 = 2.0;
 /// The part of the best score so far below which a planner isn't rehearsed any more.
 const HOPELESS: f32 = 0.6;
 
+/// The time after which the user is told that the robots stand for rehearsals.
+const TELL_AFTER: Duration = Duration::from_millis(1500);
+
 /// A fleet before its first cycle, to rehearse with.
 pub struct Rehearsal<'a> {
     roads: &'a Arc<Roads>,
@@ -58,6 +64,14 @@ pub struct Rehearsal<'a> {
     begin_secs: f64,
     /// The places where bases may end.
     ends: BaseEnds,
+    /// Tells the user of rehearsals that take long.
+    notice: Option<Notice>,
+}
+
+/// A message for the user about rehearsals that take long.
+struct Notice {
+    since: Instant,
+    is_told: Cell<bool>,
 }
 
 impl<'a> Rehearsal<'a> {
@@ -90,7 +104,14 @@ impl<'a> Rehearsal<'a> {
             robot_types,
             begin_secs: 0.0,
             ends: BaseEnds::default(),
+            notice: None,
         }
+    }
+
+    /// Tells the user if the rehearsals take long: the robots stand until then.
+    #[must_use]
+    pub fn telling(self) -> Self {
+        Self { notice: Some(Notice { since: Instant::now(), is_told: Cell::new(false) }), ..self }
     }
 
     /// Lets bases end at these places.
@@ -192,6 +213,10 @@ impl<'a> Rehearsal<'a> {
         let mut fleet = Model { bodies: self.bodies.clone(), ..Model::default() };
         let (mut standing, mut has_stalled) = (vec![0.0; self.bodies.len()], false);
         for cycle in 0..(secs / CYCLE_SECS) as u32 {
+            if is_asked_to_end() {
+                break;
+            }
+            self.notice.iter().for_each(Notice::tell_if_late);
             let now_secs = self.begin_secs + f64::from(cycle) * CYCLE_SECS;
             fleet.cycle(&mut manager, self.roads, self.robot_types, now_secs);
             for (robot, standing_secs) in (0..).zip(&mut standing) {
@@ -205,6 +230,25 @@ impl<'a> Rehearsal<'a> {
         }
         Rehearsed { stops: manager.orders().handled_stops(), has_stalled }
     }
+}
+
+impl Notice {
+    fn tell_if_late(&self) {
+        if self.since.elapsed() >= TELL_AFTER && !self.is_told.replace(true) {
+            tell!(
+                "fleet-manager: the robots stand while planners are rehearsed on this layout, to \
+                 choose one; `--planner NAME` chooses it at once"
+            );
+        }
+    }
+}
+
+/// Whether the process was asked to end: then nobody needs the rest of a rehearsal.
+fn is_asked_to_end() -> bool {
+    #[cfg(feature = "shared-memory")]
+    return regatta_plugin::Termination::was_requested();
+    #[cfg(not(feature = "shared-memory"))]
+    false
 }
 
 /// The end of a rehearsal.

@@ -236,13 +236,20 @@ impl Effort {
             .map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity)))
             .collect();
         format!(
-            "robots' time  {:.1} % with an order: {}\ndriven        {} km, {:.1} % of it \
-             empty\n",
+            "robots' time  {:.1} % with an order: {}\ndriven        {}, {:.1} % of it empty\n",
             100.0 * self.utilisation(),
             shares.join(", "),
-            grouped(metres / 1e3, 1),
+            distance(metres),
             100.0 * ratio(self.empty_metres, metres),
         )
+    }
+}
+
+/// Formats metres.
+fn distance(metres: f64) -> String {
+    match metres {
+        short if short < 999.5 => format!("{short:.0} m"),
+        long => format!("{} km", grouped(long / 1e3, 1)),
     }
 }
 

@@ -79,7 +79,7 @@ fn figures(orders: &Figures, waiting: f64) -> WorkFigures {
         finished: by_state.finished as u64,
         open: open as u64,
         failed: by_state.failed as u64,
-        orders_per_hour: orders.recent_orders_per_hour as f32,
+        orders_per_hour: orders.recent_orders_per_hour.map_or(f32::NAN, |rate| rate as f32),
         service_p50_secs,
         service_p99_secs,
         waiting: waiting as f32,
@@ -111,14 +111,16 @@ mod tests {
             orders: by_state,
             service,
             orders_per_hour: 3_000.0,
-            recent_orders_per_hour: 6_500.0,
+            recent_orders_per_hour: Some(6_500.0),
             ..Figures::default()
         };
         let found = figures(&orders, 0.25);
-        assert_eq!(found.orders_per_hour, 6_500.0, "the current rate");
+        assert_eq!(found.rate(), Some(6_500.0), "the current rate");
         assert_eq!((found.open, found.finished, found.failed), (399, 16, 32));
         assert_eq!((found.service_secs(), found.waiting), (Some([60.0, 90.0]), 0.25));
-        let begun = figures(&Figures { orders: ByState::default(), ..orders }, 0.0);
+        let begun = Figures { orders: ByState::default(), recent_orders_per_hour: None, ..orders };
+        let begun = figures(&begun, 0.0);
+        assert_eq!(begun.rate(), None, "in the first minute");
         assert_eq!(begun.service_secs(), None, "no order is finished yet");
     }
 }

@@ -87,7 +87,7 @@ fn work_figures(work: &work::WorkFigures) -> WorkFigures {
         finished: work.finished,
         open: work.open,
         failed: work.failed,
-        orders_per_hour: work.orders_per_hour.into(),
+        orders_per_hour: work.rate().map(f64::from),
         service_p50_secs: p50,
         service_p99_secs: p99,
         waiting: work.waiting.into(),

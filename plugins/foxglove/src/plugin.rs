@@ -225,6 +225,9 @@ impl Plugin for Foxglove {
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        if frame.header().is_warm_up() {
+            return Ok(());
+        }
         let before = std::mem::replace(&mut self.newest, *frame.header());
         self.hub.take_header(frame.header());
         if let Some(sources) = &mut self.sources {

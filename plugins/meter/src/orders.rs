@@ -73,6 +73,10 @@ pub struct Unfinished {
     /// Seconds from its creation to its deadline, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub due_secs: Option<f64>,
+    /// Whether no robot of the fleet can carry it out as things are. An order that waits for a
+    /// place of a storage isn't counted here.
+    #[serde(default)]
+    pub is_unroutable: bool,
 }
 
 impl Unfinished {
@@ -102,6 +106,8 @@ struct Open {
     ends: Option<[u32; 2]>,
     /// The storage that has no place for it.
     lack: Option<Lack>,
+    /// Whether no robot can carry it out as things are.
+    is_unroutable: bool,
 }
 
 /// A storage that has no place for some orders.
@@ -138,6 +144,7 @@ impl Open {
             clock: OrderClock::new(now.tick),
             ends: None,
             lack: None,
+            is_unroutable: false,
         }
     }
 
@@ -319,8 +326,12 @@ impl Orders {
                 let is_full = record.action() == StopAction::Drop;
                 open.lack = Some(Lack { node: record.node, is_full });
             }
-            OrderKind::Reopened => open.lack = None,
-            OrderKind::Created | OrderKind::Unroutable => {}
+            OrderKind::Unroutable => open.is_unroutable = true,
+            OrderKind::Reopened => {
+                open.lack = None;
+                open.is_unroutable = false;
+            }
+            OrderKind::Created => {}
         }
     }
 
@@ -340,6 +351,7 @@ impl Orders {
         open.map(|open| Unfinished {
             age_secs: rounded(now_secs - open.created_secs),
             due_secs: open.due_secs,
+            is_unroutable: open.is_unroutable,
         })
         .collect()
     }

@@ -120,7 +120,7 @@ impl Aggregator {
     fn begin(&mut self, header: &FrameHeader) -> bool {
         self.real_time_factor.restart();
         self.note_time(header);
-        clock(header) == ClockState::Running
+        runs(header)
     }
 
     /// Adds a further frame of a run. Returns whether the frame is on schedule.
@@ -151,7 +151,7 @@ impl Aggregator {
     }
 
     fn note_time(&mut self, header: &FrameHeader) {
-        if clock(header) == ClockState::Running {
+        if runs(header) {
             self.real_time_factor.note(header.wall_time_nanos, header.sim_time_nanos);
         }
     }
@@ -175,9 +175,7 @@ fn clock_rate(header: &FrameHeader) -> (u32, u32) {
 /// Whether the clock ran evenly from one frame to the other. A request for more robots is shown by
 /// a frame off schedule, as a pause is.
 fn is_steady(last: &FrameHeader, header: &FrameHeader) -> bool {
-    clock_rate(last) == clock_rate(header)
-        && last.robots == header.robots
-        && clock(header) == ClockState::Running
+    clock_rate(last) == clock_rate(header) && last.robots == header.robots && runs(header)
 }
 
 fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
@@ -193,11 +191,16 @@ fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
         tick_period: Duration::from_nanos(header.tick_period_nanos),
         late_ticks: header.late_ticks,
         real_time_factor: match clock(header) {
-            ClockState::Running => real_time_factor,
-            _ => Some(0.0),
+            ClockState::Running | ClockState::WarmingUp => real_time_factor,
+            ClockState::Paused | ClockState::Stopped => Some(0.0),
         },
         state_counts: last.state_counts,
     }
+}
+
+/// Whether the clock makes ticks.
+fn runs(header: &FrameHeader) -> bool {
+    matches!(clock(header), ClockState::Running | ClockState::WarmingUp)
 }
 
 /// Returns the state of the clock; unknown states count as stopped.
@@ -205,6 +208,7 @@ fn clock(header: &FrameHeader) -> ClockState {
     match header.clock {
         clock if clock == ClockState::Running as u32 => ClockState::Running,
         clock if clock == ClockState::Paused as u32 => ClockState::Paused,
+        clock if clock == ClockState::WarmingUp as u32 => ClockState::WarmingUp,
         _ => ClockState::Stopped,
     }
 }

@@ -84,7 +84,7 @@ pub struct TimeSummary {
     pub count: u64,
     /// Their sum.
     pub sum: f64,
-    /// The median, to 0.1 %.
+    /// The 50th percentile, to 0.1 %.
     pub p50: f64,
     /// The 99th percentile, to 0.1 %.
     pub p99: f64,

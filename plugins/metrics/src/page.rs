@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use regatta_kit::RowCounts;
 use regatta_plugin::activity::Activity;
-use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
+use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::exposition::{Exposition, Format};
@@ -97,11 +97,7 @@ fn add_run(page: &mut Exposition<'_>, run: &Run) {
     page.one("regatta_simulated_seconds_total", help, run.sim_time.as_secs_f64());
     let help = "Time at which the newest frame was published, in seconds since the Unix epoch.";
     page.one("regatta_last_frame_timestamp_seconds", help, run.wall_time.as_secs_f64());
-    page.one(
-        "regatta_paused",
-        "Whether the clock is paused or stopped: 1 or 0.",
-        run.clock != ClockState::Running,
-    );
+    page.one("regatta_paused", "Whether the clock is paused or stopped: 1 or 0.", !run.runs());
     page.one(
         "regatta_tick_period_seconds",
         "Simulated time of one tick.",

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use regatta_plugin::activity::Activity;
-use regatta_plugin::frame::ClockState;
 
 use crate::snapshot::{IntervalStats, Process, Run, Snapshot, Work};
 use crate::state_counts::STATE_NAMES;
@@ -74,7 +73,7 @@ fn add_run(row: &mut Row, run: Option<&Run>) {
     row.add("run_id", run.map(|run| format!("{:016x}", run.run_id)));
     row.add("tick", run.map(|run| run.tick));
     row.add("simulated_seconds", run.map(|run| seconds(run.sim_time.as_secs_f64())));
-    row.add("paused", run.map(|run| u8::from(run.clock != ClockState::Running)));
+    row.add("paused", run.map(|run| u8::from(!run.runs())));
     row.add("wanted_speed_ratio", run.map(|run| run.speed));
     row.add("real_time_ratio", run.and_then(|run| run.real_time_factor));
     row.add("late_ticks", run.map(|run| run.late_ticks));

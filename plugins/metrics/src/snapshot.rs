@@ -108,6 +108,13 @@ pub struct Run {
     pub state_counts: StateCounts,
 }
 
+impl Run {
+    /// Whether the clock makes ticks.
+    pub fn runs(&self) -> bool {
+        matches!(self.clock, ClockState::Running | ClockState::WarmingUp)
+    }
+}
+
 /// Results of a collision checker for the newest run, if one runs and keeps up.
 #[derive(Clone, Debug, Default)]
 pub struct Collisions {

@@ -75,6 +75,8 @@ struct Reader {
     frames: Subscriber,
     results: FleetReader,
     state: FleetState,
+    /// Whether the newest frame belongs to the warm-up of a run.
+    is_warm_up: bool,
     processes: ProcessMonitor,
     /// End of the current slot of the history.
     slot_end: Instant,
@@ -90,6 +92,7 @@ impl Reader {
             frames: Subscriber::open_on(&participant)?,
             results: FleetReader::open_on(&participant)?,
             state: FleetState::default(),
+            is_warm_up: false,
             processes: ProcessMonitor::start(fleet)?,
             slot_end: Instant::now() + SLOT,
             next_check: Instant::now(),
@@ -101,6 +104,10 @@ impl Reader {
         let frame = self.frames.wait(time.min(MAX_WAIT))?;
         let now = wall_time_nanos();
         if let Some(frame) = frame {
+            let was_warm_up = std::mem::replace(&mut self.is_warm_up, frame.header().is_warm_up());
+            if was_warm_up && !self.is_warm_up {
+                self.state = FleetState::default();
+            }
             self.results.add_frame(&mut self.state, &frame, now);
             self.next_check = Instant::now() + LIVENESS_CHECK_DELAY;
         } else if Instant::now() >= self.next_check {
@@ -122,7 +129,10 @@ impl Reader {
         view.process_error = error;
         view.snapshot = self.state.snapshot(&self.fleet, processes);
         if Instant::now() >= self.slot_end {
-            view.history.add(&self.state.aggregator.take_interval(), &view.snapshot);
+            let interval = self.state.aggregator.take_interval();
+            if !self.is_warm_up {
+                view.history.add(&interval, &view.snapshot);
+            }
             // After this process was stopped, no empty slots are added.
             self.slot_end = (self.slot_end + SLOT).max(Instant::now());
         }

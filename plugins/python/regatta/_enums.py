@@ -37,6 +37,8 @@ class ClockState(IntEnum):
     """No ticks until a resume or a step."""
     STOPPED = 2
     """The last frame of the run."""
+    WARMING_UP = 3
+    """The warm-up of a run: ticks come as fast as possible, and the run begins at its end."""
 
 
 class Shape(IntEnum):

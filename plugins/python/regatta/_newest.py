@@ -18,6 +18,8 @@ from regatta._contract import (
     FacilityHeader,
     FacilityState,
     Record,
+    RecordingHeader,
+    RecordingMark,
     Sequenced,
     TrafficHeader,
     WorkFigures,
@@ -230,3 +232,20 @@ class WorkReader(NewestReader[WorkHeader]):
     def current(self) -> WorkFigures | None:
         """Returns the figures that :meth:`latest` returned last."""
         return self._newest
+
+
+class RecordingClock(NewestReader[RecordingHeader]):
+    """Reads how far the clock of a recording that is replayed is ahead of the simulated time of its runs."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        super().__init__(fleet, "recording", RecordingMark, RecordingHeader)
+        self._header: RecordingHeader | None = None
+
+    def time_of(self, run_id: int, sim_time_nanos: int) -> float | None:
+        """Returns the time of the recording's clock at a simulated time of a run, in seconds; ``None`` as long as the
+        replay hasn't told it."""
+        if (sample := self._receiver.latest()) is not None:
+            self._header = sample.header
+        if self._header is None or self._header.run_id != run_id:
+            return None
+        return ((self._header.ahead_nanos + sim_time_nanos) % (1 << 64)) / 1e9

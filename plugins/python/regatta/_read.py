@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import weakref
 from pathlib import Path
+from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from regatta._errors import ReadError
 from regatta._fleet import Fleet
 from regatta._frame import Frame
 from regatta._frames import Frames
+from regatta._newest import RecordingClock
 from regatta._program import end, environment, find_program
 from regatta._table import Rows, joined, package, rows_of, to_pandas, to_polars
 from regatta._termination import Termination
@@ -29,6 +31,8 @@ TIMEOUT_SECS = 1_000_000
 """The longest time, in seconds, that a replay waits for the body of a loop."""
 MAX_ROWS = 10_000_000
 """The largest number of rows of a table, unless the program gives another one: half a gigabyte or so."""
+CLOCK_SECS = 10.0
+"""The longest wait, in seconds, for the time of the recording."""
 TOLERANCE_SECS = 1e-6
 """The time, in seconds, by which a frame may be early: the time of a tick is rounded to nanoseconds."""
 
@@ -66,10 +70,14 @@ class Recording(Frames):
         """Returns the whole recording as a data frame of pandas, which must be installed.
 
         It has a row per robot and frame, without absent robots, in the order of time. The columns are those of
-        ``regatta export``: ``run`` (from 0), ``tick``, ``sim_time_s``, ``robot``, ``x_m``, ``y_m``, ``theta_rad``,
+        ``regatta export``: ``time_s`` (of the recording's clock), ``run`` (from 0), ``tick``, ``sim_time_s``, ``robot``, ``x_m``, ``y_m``, ``theta_rad``,
         ``speed_m_per_s``, ``s_m``, ``edge`` (its id in the route graph; missing if the robot is on none), ``state``
         (a category), and those that were recorded of ``activity`` (a category), ``battery``, ``collision``, ``goal``, ``type`` and
+<<<<<<< HEAD
         ``waits_for``. The time of the recording's clock, ``time_s``, is in exports only.
+=======
+        ``waits_for`` (``waits-for`` in exports).
+>>>>>>> main
 
         ``every`` is a period of simulated time, in seconds: 1.0 takes the first frame of each second. Without it, all
         frames are taken. They are read one after the other, so that only the table takes memory.
@@ -120,6 +128,16 @@ def read(path: str | os.PathLike[str]) -> Recording:
     return Recording(path)
 
 
+def _recorded_time(clock: RecordingClock, frame: Frame) -> float:
+    """Returns the time of a frame on the recording's clock, in seconds. The replay tells it before the frame."""
+    until = monotonic() + CLOCK_SECS
+    while (time := clock.time_of(frame.run_id, frame.header.sim_time_nanos)) is None:
+        if monotonic() > until:
+            raise ReadError("the replay doesn't tell the time of its recording")
+        sleep(0.001)
+    return time
+
+
 class _Thinning:
     """Takes the first frame of each period of simulated time."""
 
@@ -142,16 +160,18 @@ class _Thinning:
 def _rows_of_all(path: Path, every: float | None, limit: int) -> Rows:
     """Returns the rows of all frames of a recording, or of one per period."""
     thinning, tables, count, runs = _Thinning(every), list[Rows](), 0, dict[int, int]()
-    with Termination() as termination, Recording(path) as recording:
+    with Termination() as termination, Recording(path) as recording, RecordingClock(recording.fleet) as clock:
         for frame in recording:
             if not thinning.takes(frame):
                 continue
             table = rows_of(frame)
             run = runs.setdefault(frame.run_id, len(runs))
-            count += len(table["robot"])
+            length = len(table["robot"])
+            count += length
             if count > limit:
                 raise ReadError(f"{path} has more than {limit} rows; give every=1.0 (seconds), or a larger rows=")
-            tables.append({"run": np.full(len(table["robot"]), run, np.uint32), **table})
+            time = np.full(length, _recorded_time(clock, frame))
+            tables.append({"time_s": time, "run": np.full(length, run, np.uint32), **table})
         if termination.requested:
             raise KeyboardInterrupt
     if not tables:

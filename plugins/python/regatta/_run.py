@@ -34,7 +34,8 @@ class RunResult:
     orders_per_hour: float
     """Finished transport orders per simulated hour."""
     service_p50_secs: float | None
-    """The median time from an order's creation to its end, in seconds; ``None`` if none was finished."""
+    """The shortest time from an order's creation to its end that half of the orders don't exceed,
+    in seconds; ``None`` if none was finished."""
     service_p99_secs: float | None
     """The 99th percentile of it."""
     utilisation: float

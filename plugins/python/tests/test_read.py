@@ -100,13 +100,15 @@ def test_a_recording_is_a_table_as_the_program_exports_it(tmp_path: Path) -> Non
         of_frame = next(iter(recording)).to_polars()
         table, pandas = recording.to_polars(), recording.to_pandas()
     assert table.columns == list(pandas.columns)
-    assert header[0] == "time_s" and header[1:] == table.columns
+    assert header == table.columns
     assert table.columns[-3:] == ["goal", "type", "waits_for"]
-    assert ["run", *of_frame.columns] == table.columns
+    assert ["time_s", "run", *of_frame.columns] == table.columns
     assert len(table) == len(pandas) == len(rows) == 204
     seconds = [float(row["sim_time_s"]) for row in rows]
     assert table["sim_time_s"].to_list() == list(pandas["sim_time_s"]) == pytest.approx(seconds, abs=1e-9)
-    for name in set(table.columns) - {"sim_time_s", "state", "activity"}:
+    times = [float(row["time_s"]) for row in rows]
+    assert table["time_s"].to_list() == list(pandas["time_s"]) == pytest.approx(times, abs=1e-9)
+    for name in set(table.columns) - {"time_s", "sim_time_s", "state", "activity"}:
         texts = [row[name] for row in rows]
         known = [text or None for text in texts]
         of_export = polars.Series(known, dtype=polars.String).cast(table[name].dtype)

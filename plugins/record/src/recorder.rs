@@ -1,5 +1,6 @@
 //! The recorder: a plugin that passes everything a fleet publishes to a [`Sink`].
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use regatta_plugin::frame::FrameHeader;
@@ -8,7 +9,7 @@ use regatta_plugin::{Error, Events, Frame, Participant, Plugin, Result, World};
 use crate::arguments::TopicSet;
 use crate::schema::Topic;
 use crate::sink::{Payload, Sink, SinkError, Tally};
-use crate::sources::Sources;
+use crate::sources::{Sample, Sources};
 use crate::thinning::{Held, Thinning};
 use crate::timeline::Timeline;
 use crate::{encode, scene};
@@ -38,6 +39,8 @@ pub(crate) struct Recorder {
     newest: FrameHeader,
     /// The messages that arrived before the frame that determines their time.
     pending: Vec<Pending>,
+    /// During a warm-up, the newest sample of each state: its end is the beginning of a recording.
+    warm_up: Option<BTreeMap<Topic, Sample>>,
 }
 
 /// The settings of a [`Recorder`].
@@ -89,6 +92,28 @@ impl Recorder {
             records_tick: true,
             newest: FrameHeader::default(),
             pending: Vec::new(),
+            warm_up: None,
+        }
+    }
+
+    /// Leaves out what happens in a warm-up: of worlds, columns, contacts and facilities it keeps
+    /// the newest.
+    fn skip_warm_up(&mut self) -> Result {
+        self.pending.retain(|pending| pending.tick.is_none());
+        let states = self.warm_up.get_or_insert_default();
+        let Some(sources) = &mut self.sources else { return Ok(()) };
+        sources.poll(|sample| {
+            if sample.topic.is_state() {
+                states.insert(sample.topic.clone(), sample);
+            }
+        })
+    }
+
+    /// Records the states that a warm-up has left, at the time of the run's first frame.
+    fn record_warm_up(&mut self) {
+        let log_time = self.timeline.now();
+        for (topic, sample) in self.warm_up.take().into_iter().flatten() {
+            self.sink.send(topic, log_time, self.newest.wall_time_nanos, sample.payload);
         }
     }
 
@@ -109,7 +134,7 @@ impl Recorder {
         if frame.run_id() != self.newest.run_id {
             self.frames_seen = 0;
         }
-        if self.sees_all {
+        if self.sees_all && self.warm_up.is_none() {
             self.frames_missed += frame.missed();
         }
         if self.frames_seen == 0 || frame.tick() != self.newest.tick {
@@ -184,7 +209,8 @@ impl Recorder {
 
     /// Records the other sources, after the first frame. Before it, there is no time to record.
     fn record_sources_if_started(&mut self) -> Result {
-        if self.newest.run_id == 0 { Ok(()) } else { self.record_sources() }
+        let has_started = self.newest.run_id != 0 && self.warm_up.is_none();
+        if has_started { self.record_sources() } else { Ok(()) }
     }
 
     /// Returns a summary of the recording in one line.
@@ -260,6 +286,9 @@ impl Plugin for Recorder {
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        if frame.header().is_warm_up() {
+            return self.skip_warm_up();
+        }
         let log_time = self.timeline.advance(frame.header());
         let starts_run = frame.run_id() != self.newest.run_id;
         if let Some(sources) = &mut self.sources
@@ -271,6 +300,7 @@ impl Plugin for Recorder {
         }
         self.record_pending();
         self.record_frame(frame, log_time);
+        self.record_warm_up();
         self.record_sources()
     }
 
@@ -281,7 +311,7 @@ impl Plugin for Recorder {
 
     fn on_stop(&mut self) -> Result {
         self.record_pending();
-        let polled = self.record_sources();
+        let polled = if self.warm_up.is_some() { Ok(()) } else { self.record_sources() };
         if let Some(thinning) = &mut self.thinning {
             let held = thinning.flush();
             self.record_held(held);

@@ -286,6 +286,9 @@ impl Plugin for TrafficPlugin {
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        if frame.header().is_warm_up() {
+            return Ok(());
+        }
         let secs = self.secs_of(frame);
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.contacts.latest()?;

@@ -191,6 +191,9 @@ impl Plugin for Sender {
     }
 
     fn on_frame(&mut self, frame: &Frame) -> Result {
+        if frame.header().is_warm_up() {
+            return Ok(());
+        }
         let now = Instant::now();
         if let Some(echo) = &self.echo {
             let mut sent = echo.with(|check| check.frame(self.robots.0.start, now));

@@ -1,6 +1,7 @@
 //! The places of vehicles at the start of a run: nodes, so that they take orders at once, and so
 //! far apart that none touches another one.
 
+use regatta_base::most_apart;
 use regatta_base::random::Random;
 use regatta_layout::{Node, RouteGraph};
 use regatta_study::plan::{RobotGroup, Variant};
@@ -20,14 +21,17 @@ pub fn robots(variant: &Variant, groups: &[RobotGroup], seed: u64) -> Result<Val
     let wanted: u32 = groups.iter().map(|group| group.count).sum();
     let mut nodes = places(&variant.graph, wanted as usize, apart(variant), seed).into_iter();
     let room = nodes.len();
+    let others = match room < most(&variant.graph, apart(variant)) {
+        true => "taken in the random order of the seed: another seed may place more",
+        false => "which are all taken then, with any seed",
+    };
     let mut robots = Vec::new();
     for group in groups {
         for _ in 0..group.count {
             let node = nodes.next().ok_or_else(|| {
                 format!(
                     "{NOT_ALL_PLACED}: {room} of {wanted} vehicles fit at nodes, {CLEARANCE} m \
-                     from each other however they turn, taken in the random order of the seed: \
-                     another seed may place more; use fewer, or a larger layout"
+                     from each other however they turn, {others}; use fewer, or a larger layout"
                 )
             })?;
             let mut robot = json!({ "node": node });
@@ -48,6 +52,12 @@ pub fn room(variant: &Variant, most: u32) -> u32 {
 /// Metres between two vehicles, however they are turned.
 fn apart(variant: &Variant) -> f64 {
     variant.max_diameter() + CLEARANCE
+}
+
+/// A number of vehicles that never finds more places, whatever the seed.
+fn most(graph: &RouteGraph, apart: f64) -> usize {
+    let positions: Vec<_> = graph.nodes().iter().map(|node| node.position).collect();
+    most_apart(&positions, apart, |one, other| positions[one].distance(positions[other]) < apart)
 }
 
 /// Returns so many nodes, or all that there are, so far apart; the seed chooses them.
@@ -93,6 +103,18 @@ mod tests {
         let groups = variant.job("t.csv", 3, 1, time, "").scenario.robots;
         let error = robots(&variant, &groups, 1).expect_err("two places").to_string();
         assert!(error.starts_with("not all found a place: 2 of 3 vehicles fit"), "{error}");
-        assert!(error.contains("another seed may place more"), "{error}");
+        assert!(error.contains("all taken then, with any seed"), "{error}");
+        let row = text.replace("10,0.5", "2,0").replace("10,0", "1,0");
+        std::fs::write(&path, row).expect("written");
+        let row = Variant::read(&path, &ReadOptions::default()).expect("a variant");
+        for seed in 0..20 {
+            let error = robots(&row, &groups, seed).expect_err("too near").to_string();
+            let words = match error.contains("1 of 3") {
+                true => "another seed may place more",
+                false => "2 of 3 vehicles fit",
+            };
+            assert!(error.contains(words), "{error}");
+            assert_eq!(error.contains("1 of 3"), !error.contains("with any seed"), "{error}");
+        }
     }
 }

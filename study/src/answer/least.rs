@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::StuckOrders;
 use crate::plan::Target;
 use crate::statistics::Interval;
 use crate::sweep::least::{Standing, interval, standing};
@@ -35,8 +36,13 @@ pub struct Binding {
     pub runs: usize,
     /// The number of those in which robots made no progress: with any, it meets no target.
     pub stalled_runs: usize,
-    /// Orders that weren't over at the limit of a day.
+    /// Orders that weren't over at the end of a run.
     pub open_orders: Option<Interval>,
+    /// Those of them that can't be carried.
+    pub stuck_orders: StuckOrders,
+    /// The growth of the backlog in half of a run's time, in orders, if orders come faster than
+    /// robots carry them.
+    pub backlog_growth: Option<Interval>,
     /// The part of the robots' time with an order.
     pub utilisation: Option<Interval>,
     /// The part of the robots' time in which they waited for room.
@@ -112,6 +118,8 @@ impl Binding {
             runs: point.runs.len(),
             stalled_runs: point.runs.iter().filter(|run| run.is_stalled()).count(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
+            stuck_orders: StuckOrders::of(point),
+            backlog_growth: point.growth(),
             utilisation: point.interval(|run| Some(run.utilisation)),
             waiting: point.interval(|run| Some(run.waiting)),
             place: None,

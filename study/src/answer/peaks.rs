@@ -37,7 +37,7 @@ pub struct HourAnswer {
     pub due: Spread,
     /// The orders that were finished.
     pub carried: Spread,
-    /// The median of the times of those that came, from creation to end, in seconds.
+    /// The 50th percentile of the times of those that came, from creation to end, in seconds.
     pub service_p50_secs: Option<Spread>,
     /// The 99th percentile of them.
     pub service_p99_secs: Option<Spread>,
@@ -50,7 +50,7 @@ pub struct MeanHour {
     pub hours: Spread,
     /// The orders that came, by hour of these.
     pub released: Spread,
-    /// The median of the times of all orders of the day, in seconds.
+    /// The 50th percentile of the times of all orders of the day, in seconds.
     pub service_p50_secs: Option<Spread>,
     /// The 99th percentile of them.
     pub service_p99_secs: Option<Spread>,

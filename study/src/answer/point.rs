@@ -34,7 +34,7 @@ pub struct PointAnswer {
     pub stops_per_hour: Option<Interval>,
     /// The mean time from an order's creation to its end, in seconds.
     pub service_mean_secs: Option<Interval>,
-    /// The median of it.
+    /// The 50th percentile of it.
     pub service_p50_secs: Option<Interval>,
     /// The 90th percentile of it.
     pub service_p90_secs: Option<Interval>,
@@ -70,11 +70,55 @@ pub struct PointAnswer {
     pub failed_orders: u64,
     /// Orders that weren't over at the end.
     pub open_orders: Option<Interval>,
+    /// Those of them that can't be carried.
+    pub stuck_orders: StuckOrders,
+    /// The growth of the backlog in half of a run's time, in orders, if orders come faster than
+    /// robots carry them.
+    pub backlog_growth: Option<Interval>,
     /// Storages that are full or empty at the end, with the orders that wait for them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub storages: Vec<StorageLack>,
     /// Runs of a day that weren't over at their limit.
     pub overdue_runs: usize,
+}
+
+/// Orders that can't be carried at the end of a run, whatever the number of robots: means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StuckOrders {
+    /// No robot of the fleet can carry them out.
+    pub unroutable: f64,
+    /// They wait for a place or a load of a storage.
+    pub unplaced: f64,
+}
+
+impl StuckOrders {
+    /// Returns those of a point.
+    pub fn of(point: &Point) -> Self {
+        let runs = point.runs.len().max(1) as f64;
+        let unroutable: u64 = point.runs.iter().map(|run| run.unroutable_orders).sum();
+        let unplaced = point.runs.iter().flat_map(|run| &run.unplaced);
+        let unplaced: u64 = unplaced.map(|unplaced| unplaced.orders).sum();
+        Self { unroutable: unroutable as f64 / runs, unplaced: unplaced as f64 / runs }
+    }
+
+    /// Whether they are most of so many open orders.
+    pub fn are_most_of(&self, open: f64) -> bool {
+        self.unroutable + self.unplaced > 0.5 * open
+    }
+
+    /// Tells them, for example `12 can't be carried by any robot of the fleet`.
+    pub fn in_words(&self) -> Option<String> {
+        let mut words = Vec::new();
+        if self.unroutable >= 0.5 {
+            words
+                .push(format!("{:.0} can't be carried by any robot of the fleet", self.unroutable));
+        }
+        if self.unplaced >= 0.5 {
+            let verb = if self.unplaced < 1.5 { "waits" } else { "wait" };
+            words.push(format!("{:.0} {verb} for a place or a load of a storage", self.unplaced));
+        }
+        (!words.is_empty()).then(|| words.join(", and "))
+    }
 }
 
 /// A storage that is full or empty at the end of runs, for which orders wait.
@@ -165,6 +209,8 @@ impl PointAnswer {
             finished_orders: point.runs.iter().map(|run| run.finished_orders).sum(),
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
+            stuck_orders: StuckOrders::of(point),
+            backlog_growth: point.growth(),
             storages: storages(point, graph),
         }
     }

@@ -96,7 +96,7 @@ const HEAD_ON: &str = "head-on";
 pub struct Times {
     /// The number of times.
     pub count: usize,
-    /// The median.
+    /// The 50th percentile.
     pub p50_secs: f64,
     /// The 99th percentile.
     pub p99_secs: f64,

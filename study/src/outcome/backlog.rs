@@ -47,7 +47,7 @@ fn orders(figures: &Figures) -> impl Iterator<Item = Timed> {
         service_secs: order.service_secs,
         due_secs: order.due_secs,
     });
-    let unfinished = figures.unfinished.iter().map(|Unfinished { age_secs, due_secs }| Timed {
+    let unfinished = figures.unfinished.iter().map(|Unfinished { age_secs, due_secs, .. }| Timed {
         created_secs: at_tick(figures.secs - age_secs, figures.tick_secs),
         end_secs: None,
         service_secs: *age_secs,
@@ -152,6 +152,29 @@ impl Backlog {
         self.cleared_after(self.last_release_secs, 0)
     }
 
+    /// Returns by how many orders the backlog has grown in half of a time: the least number of open
+    /// orders in its fourth quarter, less that in its second one. Orders that come in batches, and
+    /// those that robots have just been given, don't change the least number (that of a standing
+    /// queue: K. Nichols, V. Jacobson: Controlling queue delay, ACM Queue 10, 2012).
+    pub fn growth(&self, from_secs: f64, to_secs: f64) -> f64 {
+        let quarter_secs = (to_secs - from_secs) / 4.0;
+        let before = self.least(from_secs + quarter_secs, from_secs + 2.0 * quarter_secs);
+        let after = self.least(to_secs - quarter_secs, to_secs);
+        after as f64 - before as f64
+    }
+
+    /// Returns the least number of open orders in a time.
+    fn least(&self, from_secs: f64, to_secs: f64) -> u64 {
+        let mut least = None;
+        for (secs, open) in self.steps.iter().rev().skip_while(|(secs, _)| *secs > to_secs) {
+            least = Some(least.map_or(*open, |least: u64| least.min(*open)));
+            if *secs <= from_secs {
+                return least.unwrap_or(0);
+            }
+        }
+        0
+    }
+
     fn cleared_after(&self, from_secs: f64, most: u64) -> Option<f64> {
         let mut later = self.steps.iter().filter(|(secs, _)| *secs >= from_secs);
         later.find(|(_, open)| *open <= most).map(|(secs, _)| secs - from_secs)
@@ -201,7 +224,11 @@ mod tests {
                 finished(600.0, 4000.0, None),
                 finished(3600.0, 3700.123, Some(8000.0)),
             ],
-            unfinished: vec![Unfinished { age_secs: 5400.0, due_secs: Some(1.0) }],
+            unfinished: vec![Unfinished {
+                age_secs: 5400.0,
+                due_secs: Some(1.0),
+                is_unroutable: false,
+            }],
             ..Figures::default()
         }
     }
@@ -237,6 +264,18 @@ mod tests {
         let backlog = Backlog::of(&figures).expect("orders");
         assert_eq!(backlog.cleared_after_last(), Some(400.0));
         assert_eq!(Backlog::of(&Figures::default()), None);
+    }
+
+    #[test]
+    fn the_growth_is_that_of_the_least_number_of_open_orders() {
+        let growth = |from, to| Backlog::of(&figures()).expect("orders").growth(from, to);
+        // Second quarter: 600 to 1200 s, 4 to 2 orders; fourth: 1800 to 2400 s, 2.
+        assert_eq!(growth(0.0, 2400.0), 0.0);
+        // 900 to 1000 s: 3; 1100 to 1200 s: 2.
+        assert_eq!(growth(800.0, 1200.0), -1.0);
+        // 1800 to 2700 s: 2; 3550 to 3650 s would be 2, too, although 3 are open at the end.
+        assert_eq!(growth(900.0, 3650.0), 0.0);
+        assert_eq!(growth(0.0, 1000.0), 3.0);
     }
 
     #[test]

@@ -7,6 +7,8 @@ use regatta_meter::meter::Effort;
 use regatta_meter::orders::{Finished, Unplaced};
 use serde::{Deserialize, Serialize};
 
+use super::backlog::Backlog;
+use super::survival::Survival;
 use super::time_split::{ORDER_PARTS, ROBOT_PARTS, of_orders, of_robots};
 use super::{Example, Outcome, Stall};
 use crate::job::Ending;
@@ -29,7 +31,7 @@ pub enum RunEnd {
 pub struct Service {
     /// The mean.
     pub mean_secs: f64,
-    /// The median.
+    /// The 50th percentile.
     pub p50_secs: f64,
     /// The 90th percentile.
     pub p90_secs: f64,
@@ -57,10 +59,10 @@ pub struct Measured {
     /// Finished stops an hour.
     pub stops_per_hour: f64,
     /// The times from the creation of orders to their ends: of those that were finished after the
-    /// warm-up, or of all of a day.
+    /// warm-up, or of all of a day; orders that are open at the end count with their time so far.
     pub service: Option<Service>,
-    /// The part of the orders with a deadline that were finished after it, or weren't then; `None`
-    /// if none has a deadline.
+    /// The part of the orders with a deadline that were finished after it, or are open although it
+    /// is over; `None` if none has a deadline.
     pub late: Option<f64>,
     /// The part of the robots' time with an order, from 0 to 1.
     pub utilisation: f64,
@@ -92,6 +94,13 @@ pub struct Measured {
     /// Those that wait for a place of a storage, by storage.
     #[serde(default)]
     pub unplaced: Vec<Unplaced>,
+    /// Those of them that no robot of the fleet can carry out.
+    #[serde(default)]
+    pub unroutable_orders: u64,
+    /// The growth of the backlog in half of the time after the warm-up, in orders
+    /// ([`Backlog::growth`]).
+    #[serde(default)]
+    pub backlog_growth: f64,
 }
 
 /// The validator's name for a contact.
@@ -122,7 +131,8 @@ impl Outcome {
         let effort = self.effort_of(span);
         let metres = effort.loaded_metres + effort.empty_metres;
         let (contacts, unserved) = (self.count(CONTACT), self.count(UNSERVED));
-        let Figures { finished, failed, open, .. } = &self.figures;
+        let Figures { finished, failed, open, unfinished, .. } = &self.figures;
+        let backlog = Backlog::of(&self.figures);
         Measured {
             digest: self.digest.clone(),
             end: self.end(),
@@ -130,7 +140,7 @@ impl Outcome {
             secs: span.to_secs - span.from_secs,
             orders_per_hour: ratio(orders.finished, hours),
             stops_per_hour: ratio(orders.stops, hours),
-            service: Service::of(&orders.service),
+            service: Service::with_open(&orders.service, &orders.service_so_far),
             late: (orders.due > 0.0).then(|| orders.late / orders.due),
             utilisation: ratio(effort.ordered_secs, effort.robot_secs),
             waiting: ratio(effort.waiting_secs, effort.robot_secs),
@@ -146,6 +156,9 @@ impl Outcome {
             failed_orders: *failed,
             open_orders: *open,
             unplaced: self.figures.unplaced.clone(),
+            unroutable_orders: unfinished.iter().filter(|open| open.is_unroutable).count() as u64,
+            backlog_growth: backlog
+                .map_or(0.0, |backlog| backlog.growth(span.from_secs, span.to_secs)),
         }
     }
 
@@ -206,8 +219,8 @@ impl Outcome {
             .filter(move |order| order.at_secs > span.from_secs && order.at_secs <= span.to_secs)
     }
 
-    /// The orders that were finished in a span. The orders of a day that aren't over at its end
-    /// count, too, with their time so far.
+    /// The orders that were finished in a span. Those that aren't over at the end count, too, with
+    /// their time so far. A deadline that isn't over then counts only at the end of a day.
     fn orders_of(&self, span: Span) -> OrdersOfSpan {
         let mut orders = OrdersOfSpan::default();
         for order in self.finished_in(span) {
@@ -216,11 +229,16 @@ impl Outcome {
             orders.stops += f64::from(order.stops);
             orders.count_deadline(order.is_late());
         }
-        if self.ending == Ending::AfterOrders {
-            for order in &self.figures.unfinished {
-                orders.service.push(order.age_secs);
-                orders.count_deadline(order.is_late());
+        for order in &self.figures.unfinished {
+            orders.service_so_far.push(order.age_secs);
+            let is_late = order.is_late();
+            if is_late == Some(true) || self.ending == Ending::AfterOrders {
+                orders.count_deadline(is_late);
             }
+        }
+        // No figure of a day is less than what was seen.
+        if self.ending == Ending::AfterOrders {
+            orders.service.append(&mut orders.service_so_far);
         }
         orders
     }
@@ -238,6 +256,8 @@ struct Span {
 struct OrdersOfSpan {
     /// From creation to end, in seconds.
     service: Vec<f64>,
+    /// From the creation of those that aren't over to the end of the run, in seconds.
+    service_so_far: Vec<f64>,
     finished: f64,
     stops: f64,
     /// Orders with a deadline, and those of them that were late.
@@ -262,6 +282,22 @@ impl Service {
             p95_secs: percentile(secs, 95)?,
             p99_secs: percentile(secs, 99)?,
             longest_secs: percentile(secs, 100)?,
+        })
+    }
+
+    /// Returns the statistics of some times, and of others that aren't over.
+    fn with_open(secs: &[f64], so_far: &[f64]) -> Option<Self> {
+        if so_far.is_empty() || secs.is_empty() {
+            return Self::of(secs);
+        }
+        let survival = Survival::of(secs, so_far)?;
+        Some(Self {
+            mean_secs: survival.mean(),
+            p50_secs: survival.percentile(50),
+            p90_secs: survival.percentile(90),
+            p95_secs: survival.percentile(95),
+            p99_secs: survival.percentile(99),
+            longest_secs: survival.percentile(100),
         })
     }
 }
@@ -346,6 +382,21 @@ mod tests {
         assert_eq!(measured.other_findings, BTreeMap::from([("idle".to_owned(), 1)]));
     }
 
+    /// Half of the orders are never carried: their deadlines are over, and their times so far are
+    /// the longest.
+    #[test]
+    fn open_orders_count_in_a_run_that_ends_at_its_time() {
+        let open = Unfinished { age_secs: 900.0, due_secs: Some(60.0), is_unroutable: true };
+        let young = Unfinished { age_secs: 50.0, ..open };
+        let unfinished = [[open; 400], [young; 400]].concat();
+        let figures = Figures { unfinished, ..outcome().figures };
+        let measured = Outcome { figures, ..outcome() }.measured();
+        assert_eq!(measured.late, Some(600.0 / 800.0), "young ones have some time left");
+        let service = measured.service.expect("orders");
+        assert_eq!((service.p50_secs, service.p90_secs), (99.0, 900.0));
+        assert_eq!((measured.unroutable_orders, measured.backlog_growth), (800, 0.0));
+    }
+
     #[test]
     fn a_run_without_orders_has_figures() {
         let figures = Figures { secs: 4.0, period_secs: 10.0, ..Figures::default() };
@@ -358,7 +409,8 @@ mod tests {
         let day = |open: u64| {
             let outcome = outcome();
             let finished = outcome.figures.finished[..50].to_vec();
-            let unfinished = vec![Unfinished { age_secs: 700.0, due_secs: Some(60.0) }];
+            let unfinished =
+                vec![Unfinished { age_secs: 700.0, due_secs: Some(60.0), is_unroutable: false }];
             let unfinished = unfinished.into_iter().take(open as usize).collect();
             let figures = Figures { finished, open, unfinished, ..outcome.figures };
             Outcome { figures, ending: Ending::AfterOrders, ..outcome }.measured()

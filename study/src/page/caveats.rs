@@ -14,6 +14,9 @@ const MOST_STALLS: usize = 4;
 /// The largest number of numbers of robots whose late orders are told.
 const MOST_NUMBERS: usize = 4;
 
+/// The orders that may be open at the end of a run: some, and some of each robot.
+const MANY_OPEN: f64 = 10.0;
+const MANY_OPEN_PER_ROBOT: f64 = 2.0;
 /// The part of the orders that come in a run that may have just come at its end.
 const FEW_OPEN: f64 = 0.1;
 /// The part of the time from which on charging keeps robots from orders.
@@ -40,10 +43,7 @@ pub(super) fn caveats(answer: &Answer) -> Vec<String> {
         caveats.extend(storages(variant).into_iter().map(|storage| format!("{name}{storage}")));
         caveats.extend(enough(variant).map(|enough| format!("{name}{enough}")));
         caveats.extend(stalls(variant).map(|stalls| format!("{name}{stalls}")));
-        // Fleets that are too small for the targets were run on purpose.
-        if variant.least.is_none() {
-            caveats.extend(late_orders(variant).map(|late| format!("{name}{late}")));
-        }
+        caveats.extend(late_orders(variant).map(|late| format!("{name}{late}")));
     }
     caveats
 }
@@ -66,7 +66,11 @@ fn failures(variant: &VariantAnswer) -> Option<String> {
 
 /// Tells the orders that were late in the runs that count, by number of robots.
 fn late_orders(variant: &VariantAnswer) -> Option<String> {
-    let late = variant.points.iter().map(|point| (point.robots, late_in_runs_that_count(point)));
+    // Fleets that are too small for the targets were run on purpose.
+    let chosen = variant.least.as_ref().map(|least| least.robots);
+    let told =
+        variant.points.iter().filter(|point| chosen.is_none_or(|it| it == Some(point.robots)));
+    let late = told.map(|point| (point.robots, late_in_runs_that_count(point)));
     let late: Vec<(u32, u64)> = late.filter(|(_, orders)| *orders > 0).collect();
     let told = late.iter().take(MOST_NUMBERS).map(|(robots, orders)| {
         let noun = if *orders == 1 { "order" } else { "orders" };
@@ -91,17 +95,29 @@ fn late_in_runs_that_count(point: &PointAnswer) -> u64 {
     runs.map(|run| run.unserved).sum()
 }
 
-/// Tells that many orders are open at the end of a run.
+/// Tells that many orders are open at the end of a run, or ever more, and why.
 fn backlog(variant: &VariantAnswer) -> Option<String> {
     let point = variant.points.last()?;
     let open = point.open_orders?.mean;
-    if variant.is_load_endless || open <= 2.0 * f64::from(point.robots) + 10.0 {
+    let many = MANY_OPEN + MANY_OPEN_PER_ROBOT * f64::from(point.robots);
+    if variant.is_load_endless || (open <= many && point.backlog_growth.is_none()) {
         return None;
     }
     let robots = robots_in_words(point.robots);
+    let stuck = point.stuck_orders.in_words();
+    let reason = match (stuck, point.stuck_orders.are_most_of(open)) {
+        (Some(stuck), true) => format!("of them, {stuck}"),
+        (Some(stuck), false) => {
+            format!("they came faster than the robots carried them, and of them, {stuck}")
+        }
+        (None, _) => "they came faster than the robots carried them".to_owned(),
+    };
+    let open = match open.round() {
+        1.0 => "1 order was".to_owned(),
+        open => format!("{open:.0} orders were"),
+    };
     Some(format!(
-        "**Backlog**: with {robots}, {open:.0} orders were open at the end of a run on average: \
-         they came faster than the robots carried them."
+        "**Backlog**: with {robots}, {open} open at the end of a run on average: {reason}."
     ))
 }
 

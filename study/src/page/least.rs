@@ -7,7 +7,7 @@ use crate::answer::{
 };
 use crate::plan::robots_in_words;
 use crate::sweep::least::Standing;
-use crate::words::NOT_KNOWN;
+use crate::words::{self, Kind, NOT_KNOWN};
 
 /// The parts of the robots' time from which on waiting, and being busy, are the reason for late
 /// orders.
@@ -89,10 +89,19 @@ fn missed(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Str
         ));
     }
     texts.extend(binding.targets.iter().filter_map(against));
-    match open.round() {
-        _ if !tells_open_orders(binding, open) => {}
-        1.0 => texts.push(String::from("1 order is open at the end")),
-        open => texts.push(format!("{open:.0} orders are open at the end")),
+    if let Some(growth) = &binding.backlog_growth
+        && !binding.stuck_orders.are_most_of(open)
+    {
+        texts.push(format!(
+            "orders come faster than they are carried ({} more are open after half of a run's time)",
+            words::in_words(growth, Kind::Bounded, "", |orders| format!("{orders:.1}"))
+        ));
+    }
+    if tells_open_orders(binding, open) {
+        let noun = if open.round() == 1.0 { "order is" } else { "orders are" };
+        let stuck = binding.stuck_orders.in_words();
+        let stuck = stuck.map_or_else(String::new, |stuck| format!(", of which {stuck}"));
+        texts.push(format!("{open:.0} {noun} open at the end{stuck}"));
     }
     texts.extend(reason(binding, is_load_endless, are_more_worse));
     texts.join(", and ")
@@ -123,7 +132,10 @@ fn against(answer: &TargetAnswer) -> Option<String> {
 /// Tells the bottleneck of a number of robots that misses targets.
 fn reason(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Option<String> {
     let [waiting, busy] = [binding.waiting?, binding.utilisation?].map(|part| part.mean);
+    let open = binding.open_orders.map_or(0.0, |open| open.mean);
     match &binding.place {
+        // More robots wouldn't carry them, either.
+        _ if binding.stuck_orders.are_most_of(open) && open >= 0.5 && !is_load_endless => None,
         Some(place) if waiting >= MUCH_WAITING => Some(format!(
             "robots wait {:.0} % of their time, most of all for {place}",
             100.0 * waiting
@@ -206,6 +218,7 @@ pub(super) fn figures(point: &PointAnswer) -> impl Iterator<Item = String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::StuckOrders;
     use crate::statistics::Interval;
 
     fn binding(waiting: f64, place: Option<&str>) -> Binding {
@@ -224,6 +237,8 @@ mod tests {
             runs: 3,
             stalled_runs: 0,
             open_orders: interval(0.0),
+            stuck_orders: StuckOrders::default(),
+            backlog_growth: None,
             utilisation: interval(0.97),
             waiting: interval(waiting),
             place: place.map(str::to_owned),
@@ -251,6 +266,25 @@ mod tests {
         assert_eq!(
             missed(&busy, true, false),
             "p99 service is 400 s, against 'p99 service < 6 min'"
+        );
+    }
+
+    #[test]
+    fn a_backlog_that_grows_is_the_reason_though_the_figure_is_within_the_limit() {
+        let mut binding = binding(0.02, None);
+        binding.targets[0].margin = Some(0.3);
+        binding.backlog_growth = Some(Interval { mean: 5.5, half_width: Some(0.4), values: 3 });
+        binding.open_orders = Some(Interval { mean: 12.0, half_width: Some(1.0), values: 3 });
+        assert_eq!(
+            missed(&binding, false, false),
+            "orders come faster than they are carried (5.5 ± 0.4 more are open after half of a \
+             run's time), and 12 orders are open at the end, and robots have an order 97 % of the \
+             time, so that there are too few of them"
+        );
+        binding.stuck_orders = StuckOrders { unroutable: 0.0, unplaced: 11.0 };
+        assert_eq!(
+            missed(&binding, false, false),
+            "12 orders are open at the end, of which 11 wait for a place or a load of a storage"
         );
     }
 

@@ -28,7 +28,7 @@ pub enum TargetFigure {
 pub enum Statistic {
     /// The mean.
     Mean,
-    /// The median.
+    /// The 50th percentile.
     P50,
     /// The 90th percentile.
     P90,
@@ -119,6 +119,11 @@ impl Target {
             TargetFigure::Throughput => Side::AtLeast,
             _ => Side::AtMost,
         }
+    }
+
+    /// Whether the figure is one of orders, which changes as long as the backlog grows.
+    pub fn is_of_orders(&self) -> bool {
+        matches!(self.figure, TargetFigure::Service(_) | TargetFigure::Late)
     }
 
     /// Returns the distance from a value to the limit as a part of the limit: above 0 if the value

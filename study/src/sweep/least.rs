@@ -42,7 +42,8 @@ pub enum Standing {
     Met,
     /// The interval contains the limit.
     Open,
-    /// It misses it, with 95 % confidence; or a run had no end or no progress.
+    /// It misses it, with 95 % confidence; or a run had no end or no progress, or orders come faster
+    /// than they are carried.
     Missed,
 }
 
@@ -82,6 +83,10 @@ pub fn interval(target: &Target, point: &Point) -> Option<Interval> {
 /// Returns the standing of a point against a target.
 pub fn standing(target: &Target, point: &Point) -> Standing {
     if point.is_stalled() || is_overdue(point) {
+        return Standing::Missed;
+    }
+    // The longer the run, the longer orders take.
+    if target.is_of_orders() && point.growth().is_some() {
         return Standing::Missed;
     }
     let Some(interval) = interval(target, point) else { return Standing::Missed };
@@ -200,7 +205,8 @@ fn score(targets: &[Target], point: &Point) -> [f64; 3] {
         interval.map_or(f64::NEG_INFINITY, |interval| target.margin(interval.mean))
     });
     let worst = margins.fold(f64::INFINITY, f64::min);
-    let is_whole = !point.is_stalled() && !is_overdue(point);
+    let falls_behind = targets.iter().any(Target::is_of_orders) && point.growth().is_some();
+    let is_whole = !point.is_stalled() && !is_overdue(point) && !falls_behind;
     let worst = if is_whole { worst } else { f64::NEG_INFINITY };
     let throughput = match worst.is_finite() {
         true => 0.0,

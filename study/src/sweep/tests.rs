@@ -25,6 +25,8 @@ pub(crate) fn measured(orders_per_hour: f64) -> Measured {
         failed_orders: 0,
         open_orders: 0,
         unplaced: Vec::new(),
+        unroutable_orders: 0,
+        backlog_growth: 0.0,
     }
 }
 

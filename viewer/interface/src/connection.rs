@@ -13,6 +13,7 @@ impl EngineState {
     pub(super) fn text_and_colour(self, colours: &ThemeColours) -> (&'static str, egui::Color32) {
         match self {
             Self::Awaited => ("waiting for an engine", colours.warn),
+            Self::WarmingUp(_) => ("warming up", colours.warn),
             Self::Running => ("running", colours.good),
             Self::Paused => ("paused", colours.warn),
             Self::Silent => ("no frames received", colours.bad),

@@ -154,12 +154,29 @@ impl AddAssign for CameraMotion {
     }
 }
 
+/// The commands whose keys mean nothing in a text field. They work there, too.
+const WHILE_TYPING: [Command; 6] = [
+    Command::Find,
+    Command::Picture,
+    Command::Open,
+    Command::Help,
+    Command::FullScreen,
+    Command::Quit,
+];
+
 /// Returns the commands of the keys pressed since the last picture. A text field with the focus
-/// gets all keys but Ctrl+F.
+/// gets all keys but those of [`WHILE_TYPING`].
 pub fn pressed(context: &Context) -> Vec<Command> {
     if context.egui_wants_keyboard_input() {
-        let find = context.input_mut(|input| input.consume_key(CTRL, Key::F));
-        return if find { vec![Command::Find] } else { Vec::new() };
+        let of_all = shortcuts().filter(|shortcut| WHILE_TYPING.contains(&shortcut.command));
+        return context.input_mut(|input| {
+            let pressed = of_all.filter(|shortcut| {
+                // A letter alone, or a sign, is typed.
+                let is_typed = shortcut.modifiers != CTRL && !is_function_key(shortcut.key);
+                !is_typed && input.consume_key(shortcut.modifiers, shortcut.key)
+            });
+            pressed.map(|shortcut| shortcut.command).collect()
+        });
     }
     context.input(|input| {
         let pressed = input.events.iter().filter_map(|event| match event {
@@ -186,6 +203,10 @@ pub fn take_input_after_find(context: &Context) -> Vec<Event> {
         input.events.extend(others);
         typed
     })
+}
+
+fn is_function_key(key: Key) -> bool {
+    matches!(key, Key::F1 | Key::F11)
 }
 
 fn is_find(event: &Event) -> bool {

@@ -23,6 +23,8 @@ use super::style;
 const NEAR: f32 = 32.0;
 /// The size of the letters of names, in points.
 const NAME: f32 = 11.0;
+/// The size of the digits of ids, in points.
+const ID: f32 = 9.5;
 /// The largest number of labels in a picture.
 const MAX_LABELS: usize = 240;
 /// Width and height of a cell of the picture, in points. Two ids are never in the same cell nor in
@@ -136,10 +138,13 @@ impl Labels {
         for (label, at) in
             self.visible(camera, offset, Vec2::new(picture.width(), picture.height()))
         {
-            let (colour, size) = if label.kind == Kind::Edge {
-                (colours.text.gamma_multiply(0.8), 10.0)
-            } else {
-                (colours.text, NAME)
+            // Ids of robots are framed; those of the graph are small and faint digits on the floor.
+            let (colour, font) = match (&label.name, label.kind) {
+                (None, _) => (colours.faint, FontId::proportional(ID)),
+                (_, Kind::Edge) => {
+                    (colours.text.gamma_multiply(0.8), FontId::proportional(NAME - 1.0))
+                }
+                _ => (colours.text, FontId::proportional(NAME)),
             };
             // Right of the badge, of the node, or of the arrow in the middle of the edge.
             let (anchor, gap, down) = match label.kind {
@@ -148,12 +153,6 @@ impl Labels {
                 Kind::Edge => (Align2::LEFT_TOP, 6.0, 6.0),
             };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
-            // Ids of robots are framed; those of the graph are letters and digits on the floor.
-            let font = if label.name.is_some() {
-                FontId::proportional(size)
-            } else {
-                FontId::monospace(size - 1.0)
-            };
             let galley = painter.layout_no_wrap(label.text(), font, colour);
             let mut text = anchor.anchor_size(at, galley.size());
             if text.right() > clip.right() {
@@ -302,8 +301,7 @@ fn named(name: &str) -> Option<Box<str>> {
 
 impl Label {
     fn text(&self) -> String {
-        let prefix = if self.kind == Kind::Edge { 'e' } else { 'n' };
-        self.name.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
+        self.name.as_deref().map_or_else(|| self.id.to_string(), str::to_owned)
     }
 
     /// The number of cells that the text takes; a letter takes some six points.

@@ -123,6 +123,9 @@ impl Interface {
         if std::mem::take(&mut self.levels.is_refiltered) {
             actions.push(Action::Filter(self.filter.clone()));
         }
+        ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |node| {
+            node.set_label(format!("Regatta: {}", model.fleet));
+        });
         let frame = style::panel(self.settings.theme());
         Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| {
             self.present(model, &mut actions, |interface, context| {
@@ -181,10 +184,9 @@ impl Interface {
         (area.picture, self.timely(level.as_deref(), actions))
     }
 
-    /// Shows the figures of the fleet's work, if they are known and there is room.
+    /// Shows the figures of the fleet's work, if it has a manager and there is room.
     fn strip(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let Some(figures) = model.work() else { return };
-        if ui.ctx().content_rect().height() < strip::LEAST_WINDOW {
+        if !strip::is_shown(model) || ui.ctx().content_rect().height() < strip::LEAST_WINDOW {
             return;
         }
         let frame =
@@ -192,7 +194,7 @@ impl Interface {
         Panel::top("strip").exact_size(strip::HEIGHT).resizable(false).frame(frame).show(
             ui,
             |ui| {
-                self.present(model, actions, |_, context| strip::show(context, &figures, ui));
+                self.present(model, actions, |_, context| strip::show(context, ui));
             },
         );
     }

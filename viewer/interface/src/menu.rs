@@ -5,6 +5,7 @@ use egui::containers::menu::menu_style;
 use egui::{Align, Area, Button, Frame, Id, Layout, Order, Pos2, Rect, RichText, Ui};
 use regatta_plugin::frame::RobotState;
 use regatta_scene::names::{edge_name, node_name};
+use regatta_scene::stations::station_at;
 
 use super::camera_controller::Follow;
 use super::context::{PanelContext, Request};
@@ -116,7 +117,12 @@ fn title(context: &PanelContext<'_>, item: Item) -> String {
         }
         Item::Node(index) => {
             let node = world.nodes().get(index as usize);
-            format!("Node {}", node.map_or_else(String::new, |node| node_name(world, node)))
+            let node = node.map_or_else(String::new, |node| node_name(world, node));
+            match station_at(world, index) {
+                Some(station) if station == node => format!("Station {station}"),
+                Some(station) => format!("Station {station} (node {node})"),
+                None => format!("Node {node}"),
+            }
         }
     }
 }
@@ -197,6 +203,7 @@ fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
             Some("This is the past: show the run as it is (U) to give commands.")
         }
         EngineState::Awaited => Some("No engine runs."),
+        EngineState::WarmingUp(_) => Some("The run warms up: it begins in a moment."),
         EngineState::Gone => Some("The engine has ended."),
         EngineState::Running | EngineState::Paused | EngineState::Silent => None,
     }

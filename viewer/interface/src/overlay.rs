@@ -1,6 +1,8 @@
 //! Elements that float over the picture: the camera's position, messages, and the note that no
 //! engine runs yet; and the order in which they and the others take their places.
 
+use std::time::Duration;
+
 use egui::{Align2, Area, Id, LayerId, Order, Rect, RichText, Ui, UiBuilder, vec2};
 use regatta_scene::palette::Theme;
 
@@ -84,6 +86,9 @@ impl Interface {
         let mut placement = Placement::new(area.whole);
         if context.model.engine == EngineState::Awaited {
             waiting(context, ctx, &mut placement);
+            self.messages.show(context, ctx, &mut placement);
+        } else if let EngineState::WarmingUp(driven) = context.model.engine {
+            warming_up(context, ctx, &mut placement, driven);
             self.messages.show(context, ctx, &mut placement);
         } else {
             self.levels.draw_parts(context, ctx, &mut placement);
@@ -303,6 +308,28 @@ fn waiting(context: &PanelContext<'_>, ctx: &egui::Context, placement: &mut Plac
                 format!(" --fleet {}", model.fleet)
             };
             ui.label(RichText::new(format!("regatta run{name}")).monospace().color(colours.accent));
+            ui.add_space(10.0);
+        });
+    });
+}
+
+fn warming_up(
+    context: &PanelContext<'_>,
+    ctx: &egui::Context,
+    placement: &mut Placement,
+    driven: Duration,
+) {
+    float(ctx, placement, context.theme, "warming up", Align2::CENTER_CENTER, |ui| {
+        ui.set_max_width(360.0);
+        ui.vertical_centered(|ui| {
+            ui.add_space(10.0);
+            ui.spinner();
+            ui.add_space(6.0);
+            let (minutes, secs) = (driven.as_secs() / 60, driven.as_secs() % 60);
+            ui.label(RichText::new(format!("Warming up: {minutes}:{secs:02}")).size(18.0));
+            let text = "So much simulated time is driven so far, as fast as possible. The run \
+                        begins at the end.";
+            ui.label(style::faint(ui, text));
             ui.add_space(10.0);
         });
     });

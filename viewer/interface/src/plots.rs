@@ -2,8 +2,8 @@
 //! of them. A click goes to that time, in a recording or in the kept part of a live run.
 
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Color32, FontId, Label, Ui, Vec2, pos2, vec2};
-use egui_plot::{GridMark, Line, Plot, PlotPoint, PlotPoints};
+use egui::{Color32, FontId, Label, Rangef, Ui, Vec2, pos2, vec2};
+use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::activity::Activity;
 use regatta_plugin::history::FleetSample as Sample;
 
@@ -19,6 +19,10 @@ const TIME_POINTS: f32 = 85.0;
 const TIME_AXIS: f32 = 18.0;
 /// The least distance of two numbers of an upright axis, in points.
 const NUMBER_POINTS: f32 = 24.0;
+/// The distances of two texts of an axis between which they fade in, in points: below those of all
+/// marks, so that none is faint.
+const OPAQUE_TIMES: Rangef = Rangef { min: 40.0, max: 50.0 };
+const OPAQUE_NUMBERS: Rangef = Rangef { min: 12.0, max: 16.0 };
 /// Distances between marks of the axis of time, in seconds.
 const STEPS: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
@@ -262,6 +266,8 @@ fn axes<'a>(ui: &Ui, figure: &Figure, times: Times, detail: Detail) -> Plot<'a> 
         .include_y(1.0)
         .show_axes([detail >= Detail::Full, true])
         .min_size(LEAST_PLOT)
+        .custom_x_axes(vec![AxisHints::new_x().label_spacing(OPAQUE_TIMES)])
+        .custom_y_axes(vec![AxisHints::new_y().label_spacing(OPAQUE_NUMBERS)])
         .y_axis_min_width(34.0)
         .y_grid_spacer(move |input| marks(input.bounds, height))
         .x_grid_spacer(move |input| time_marks(input.bounds, room))
@@ -332,6 +338,11 @@ mod tests {
                 "{high}: {values:?}"
             );
         }
+    }
+
+    #[test]
+    fn the_texts_of_all_marks_are_opaque() {
+        assert!(OPAQUE_TIMES.max < TIME_POINTS && OPAQUE_NUMBERS.max < NUMBER_POINTS);
     }
 
     #[test]

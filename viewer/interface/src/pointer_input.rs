@@ -1,7 +1,8 @@
 //! Input on the picture: mouse, touchpad, and keys that move the camera while they are held.
 
 use egui::{
-    Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Sense, Ui,
+    Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Role, Sense, Ui,
+    WidgetInfo,
 };
 use glam::Vec2;
 
@@ -57,6 +58,8 @@ impl PointerInput {
     ) -> Option<Pos2> {
         let PictureArea { picture, visible, whole } = area;
         let response = ui.interact(whole, ui.scope_id().with("picture"), Sense::click_and_drag());
+        let info = || WidgetInfo::labeled(Role::Image, true, "picture of the fleet");
+        response.widget_info(info);
         let size = area.size();
         self.drag(ui, &response, area, camera);
         let hovered = response.hover_pos().filter(|at| visible.contains(*at));

@@ -6,10 +6,10 @@ use egui::{FontId, Label, RichText, Ui};
 use regatta_plugin::work::WorkFigures;
 
 use super::context::PanelContext;
-use super::heat::duration_text;
 use super::style;
 use super::text::{thousands, with_plural};
 use super::transport::clock_text;
+use super::view_model::ViewModel;
 
 /// The height of the strip, in points.
 pub const HEIGHT: f32 = 28.0;
@@ -22,9 +22,6 @@ const WITHIN: f32 = 5.0;
 /// The size of its text, in points.
 const TEXT: f32 = 12.5;
 
-/// The time of which the manager tells the rate of orders, in seconds.
-const RECENT_SECS: f64 = 600.0;
-
 /// A figure: its name, its value, and an explanation.
 struct Item {
     name: &'static str,
@@ -32,12 +29,26 @@ struct Item {
     hint: Cow<'static, str>,
 }
 
-/// Shows the figures, the most important first. Those without room are left out.
-pub fn show(context: &PanelContext<'_>, figures: &WorkFigures, ui: &mut Ui) {
+/// Whether a window has the strip: if the figures are known, or a fleet manager is about to publish
+/// them. A recording and the past of a live run have none.
+pub fn is_shown(model: &ViewModel<'_>) -> bool {
+    let is_live = model.recording().is_none() && !model.is_past();
+    model.work().is_some() || is_live && model.activity_column.is_some()
+}
+
+/// Shows the figures, the most important first. Those without room are left out; those of a manager
+/// that hasn't published any are unknown.
+pub fn show(context: &PanelContext<'_>, ui: &mut Ui) {
+    let figures = context.model.work();
+    let is_known = figures.is_some();
     ui.horizontal_centered(|ui| {
         ui.spacing_mut().item_spacing.x = WITHIN;
         let mut is_first = true;
-        for item in items(figures) {
+        for mut item in items(&figures.unwrap_or_default()) {
+            if !is_known {
+                (item.value, item.hint) =
+                    (unknown(), "The fleet manager hasn't told it yet".into());
+            }
             let gap = if is_first { 0.0 } else { GAP };
             if width(ui, item.name) + width(ui, &item.value) + WITHIN + gap > ui.available_width() {
                 return;
@@ -62,17 +73,17 @@ fn width(ui: &Ui, text: &str) -> f32 {
 fn items(figures: &WorkFigures) -> [Item; 6] {
     let since = clock_text(figures.secs);
     let service = figures.service_secs();
-    let [p50, p99] =
-        [0, 1].map(|at| service.map_or_else(|| "–".to_owned(), |secs| seconds(secs[at])));
+    let [p50, p99] = [0, 1].map(|at| service.map_or_else(unknown, |secs| seconds(secs[at])));
+    let rate = figures.rate().map_or_else(unknown, |rate| thousands(rate.round() as u64));
     let waits = format!("{:.0} %", 100.0 * figures.waiting);
     [
         Item {
             name: "orders an hour",
-            value: thousands(figures.orders_per_hour.round() as u64),
+            value: rate,
             hint: format!(
-                "The current rate: finished orders an hour of the last {}. {} finished in {since} \
-                 of simulated time.",
-                duration_text(figures.secs.min(RECENT_SECS) as f32),
+                "The current rate: finished orders an hour of the last 10 min. In the first \
+                 minutes of a run, since its start or the end of its warm-up. {} finished in \
+                 {since} of simulated time.",
                 with_plural(figures.finished, "order")
             )
             .into(),
@@ -108,6 +119,11 @@ fn items(figures: &WorkFigures) -> [Item; 6] {
             hint: "Orders that aren't finished, failed or cancelled".into(),
         },
     ]
+}
+
+/// The sign for a figure that isn't known yet.
+fn unknown() -> String {
+    "–".to_owned()
 }
 
 /// Formats seconds of simulated time.
@@ -151,9 +167,12 @@ mod tests {
         );
         assert_eq!(
             items(&figures)[0].hint,
-            "The current rate: finished orders an hour of the last 10 min. 7,654 orders finished \
-             in 1:00:00.0 of simulated time."
+            "The current rate: finished orders an hour of the last 10 min. In the first minutes of \
+             a run, since its start or the end of its warm-up. 7,654 orders finished in 1:00:00.0 \
+             of simulated time."
         );
+        let begun = WorkFigures { orders_per_hour: f32::NAN, ..figures };
+        assert_eq!(items(&begun)[0].value, "–", "in the first minute");
         let begun = WorkFigures { service_p50_secs: f32::NAN, ..figures };
         assert_eq!(items(&begun)[1].value, "–", "no order is finished");
     }

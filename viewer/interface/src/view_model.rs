@@ -1,6 +1,8 @@
 //! The input of the interface, a [`ViewModel`], and its output, [`Action`]s. Both are independent
 //! of windows and graphics cards.
 
+use std::time::Duration;
+
 use glam::Vec2;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
@@ -28,6 +30,8 @@ use crate::robot_filter::{Filter, Matches, activity_of};
 pub enum EngineState {
     /// There has been no engine since the viewer was started.
     Awaited,
+    /// It drives the warm-up of a run, so much simulated time so far. The run begins at its end.
+    WarmingUp(Duration),
     /// It publishes frames.
     Running,
     /// Its clock is paused.

@@ -1,7 +1,7 @@
 //! A list of any length of which only the rows in sight are laid out. Positions are in rows rather
 //! than points, so that the millionth row is placed as exactly as the first.
 
-use egui::{Id, Rect, Response, Sense, Ui, pos2, vec2};
+use egui::{Id, Rect, Response, Role, Sense, Ui, pos2, vec2};
 
 use super::style::{ROW, ThemeColours};
 
@@ -78,6 +78,7 @@ impl VirtualList {
             (track.height() * (self.visible / rows) as f32).max(MIN_HANDLE).min(track.height());
         let room = f64::from(track.height() - length).max(1.0);
         let response = ui.interact(track, id.with("bar"), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(Role::ScrollBar, true, "scroll bar"));
         if response.dragged() {
             self.first += f64::from(response.drag_delta().y) / room * last;
         } else if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {

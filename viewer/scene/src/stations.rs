@@ -40,16 +40,33 @@ pub fn stations<'a>(world: &World<'a>, level: Option<&str>) -> Vec<Station<'a>> 
     let served = served(world);
     for (node, index) in world.nodes().iter().zip(0..) {
         if is_station(node, index, &served) && is_on_level(world, node.level, level) {
-            let name = match world.text(node.name) {
-                "" => format!("{} {}", node.role().name(), node.id),
-                name => name.to_owned(),
-            };
+            let name = own_name(world, node);
             let place = Vec2::new(node.x, node.y);
             stations.push(Station { name, role: node.role(), place, nodes: &[] });
         }
     }
     stations.retain(|station| station.place.is_finite());
     stations
+}
+
+/// The name of a node that is a station of its own.
+fn own_name(world: &World<'_>, node: &NodeRecord) -> String {
+    match world.text(node.name) {
+        "" => format!("{} {}", node.role().name(), node.id),
+        name => name.to_owned(),
+    }
+}
+
+/// Returns the name of the station that robots serve from a node, by its index, or that the node
+/// is.
+pub fn station_at(world: &World<'_>, index: u32) -> Option<String> {
+    let mut stations = world.stations().iter();
+    let station = stations.find(|record| world.station_nodes(record).contains(&index));
+    if let Some(record) = station {
+        return Some(world.text(record.name).to_owned());
+    }
+    let node = world.nodes().get(index as usize).filter(|node| node.role() != Role::None)?;
+    Some(own_name(world, node))
 }
 
 /// The nodes from which robots serve stations, by their indices.

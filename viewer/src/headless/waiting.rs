@@ -64,7 +64,8 @@ impl HeadlessViewer<'_> {
                 regatta_plugin::tell!("viewer: waiting for {what}fleet '{}'", self.options.fleet);
                 is_notified = true;
             }
-            if time.is_none() && started.elapsed() > self.options.timeout.into() {
+            let is_absent = time.is_none() && self.stage.feed.warm_up().is_none();
+            if is_absent && started.elapsed() > self.options.timeout.into() {
                 let (fleet, timeout) = (&self.options.fleet, self.options.timeout);
                 return Err(Error::new(format!(
                     "no frame of fleet '{fleet}' within {timeout}: start it with `regatta run`, or \

@@ -1,9 +1,13 @@
 //! The system's dialog that asks for a file to open. It answers on a thread of its own, so that the
 //! window goes on meanwhile.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
+
+#[cfg(feature = "file-dialog")]
+use super::opened::{PLANTS, RECORDING};
 
 /// The time before which nobody answers a dialog: an empty answer within it means that the system
 /// has none.
@@ -24,6 +28,8 @@ pub struct FileDialog(Option<Open>);
 #[derive(Debug)]
 struct Open {
     since: Instant,
+    /// Whether the system has a program that could show it.
+    is_provided: bool,
     answer: Receiver<Option<PathBuf>>,
 }
 
@@ -31,7 +37,8 @@ impl FileDialog {
     /// Opens the dialog over a window, unless it is open.
     pub fn open(&mut self, window: &winit::window::Window) {
         if self.0.is_none() {
-            self.0 = Some(Open { since: Instant::now(), answer: ask(window) });
+            let (since, is_provided) = (Instant::now(), is_provided());
+            self.0 = Some(Open { since, is_provided, answer: ask(window) });
         }
     }
 
@@ -43,27 +50,44 @@ impl FileDialog {
     /// Returns the answer once: the chosen file, or a message for the user where no dialog opens.
     /// A cancelled dialog has none.
     pub fn answer(&mut self) -> Option<Result<PathBuf, &'static str>> {
-        let Open { since, answer } = self.0.as_ref()?;
+        let Open { since, is_provided, answer } = self.0.as_ref()?;
         let chosen = match answer.try_recv() {
             Err(TryRecvError::Empty) => return None,
             Ok(chosen) => chosen,
             Err(TryRecvError::Disconnected) => None,
         };
-        let is_missing = chosen.is_none() && since.elapsed() < FASTEST_ANSWER;
+        // On a busy machine, the lack of a dialog may take longer to find.
+        let is_absent = !is_provided || since.elapsed() < FASTEST_ANSWER;
+        let is_missing = chosen.is_none() && is_absent;
         self.0 = None;
         if is_missing { Some(Err(NO_DIALOG)) } else { chosen.map(Ok) }
     }
+}
+
+/// Whether the system has a program that could show the dialog.
+fn is_provided() -> bool {
+    if !cfg!(target_os = "linux") {
+        return true;
+    }
+    let data = std::env::var_os("XDG_DATA_DIRS").filter(|folders| !folders.is_empty());
+    let data = data.unwrap_or_else(|| "/usr/local/share:/usr/share".into());
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    is_in(&data, "dbus-1/services/org.freedesktop.portal.Desktop.service") || is_in(&path, "zenity")
+}
+
+/// Whether one of some folders, which are separated as in `PATH`, has a file.
+fn is_in(folders: &OsStr, file: &str) -> bool {
+    std::env::split_paths(folders).any(|folder| folder.join(file).is_file())
 }
 
 /// Asks for a file. The channel ends without an answer where that is impossible.
 #[cfg(feature = "file-dialog")]
 fn ask(window: &winit::window::Window) -> Receiver<Option<PathBuf>> {
     let (sender, answer) = channel();
-    let plants = ["yaml", "yml", "json", "xml", "dxf", "lif", "opentcs", "scen"];
     let dialog = rfd::AsyncFileDialog::new()
         .set_parent(window)
         .set_title("Open a layout, a scenario or a recording")
-        .add_filter("Layouts, scenarios, recordings", &[&plants[..], &["mcap"]].concat())
+        .add_filter("Layouts, scenarios, recordings", &[&PLANTS[..], &[RECORDING]].concat())
         .add_filter("All files", &["*"]);
     // Some systems open dialogs on the thread of the window alone; any thread may wait for them.
     let chosen = dialog.pick_file();
@@ -86,10 +110,14 @@ fn ask(_window: &winit::window::Window) -> Receiver<Option<PathBuf>> {
 mod tests {
     use super::*;
 
-    fn answered(age: Duration, chosen: Option<&str>) -> Option<Result<PathBuf, &'static str>> {
+    fn answered(
+        age: Duration,
+        is_provided: bool,
+        chosen: Option<&str>,
+    ) -> Option<Result<PathBuf, &'static str>> {
         let (sender, answer) = channel();
         let since = Instant::now().checked_sub(age).expect("the clock is older");
-        let mut dialog = FileDialog(Some(Open { since, answer }));
+        let mut dialog = FileDialog(Some(Open { since, is_provided, answer }));
         assert_eq!(dialog.answer(), None, "it is open");
         sender.send(chosen.map(PathBuf::from)).expect("open");
         let answer = dialog.answer();
@@ -100,10 +128,12 @@ mod tests {
     #[test]
     fn an_answer_is_a_file_or_nothing_or_that_there_is_no_dialog() {
         let long = 2 * FASTEST_ANSWER;
-        assert_eq!(answered(Duration::ZERO, Some("a.mcap")), Some(Ok("a.mcap".into())));
-        assert_eq!(answered(long, None), None, "cancelled");
-        assert_eq!(answered(Duration::ZERO, None), Some(Err(NO_DIALOG)));
-        let mut dialog = FileDialog(Some(Open { since: Instant::now(), answer: channel().1 }));
+        assert_eq!(answered(Duration::ZERO, true, Some("a.mcap")), Some(Ok("a.mcap".into())));
+        assert_eq!(answered(long, true, None), None, "cancelled");
+        assert_eq!(answered(long, false, None), Some(Err(NO_DIALOG)), "on a busy machine");
+        assert_eq!(answered(Duration::ZERO, true, None), Some(Err(NO_DIALOG)));
+        let open = Open { since: Instant::now(), is_provided: true, answer: channel().1 };
+        let mut dialog = FileDialog(Some(open));
         assert_eq!(dialog.answer(), Some(Err(NO_DIALOG)), "nobody will answer");
     }
 }

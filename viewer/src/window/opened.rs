@@ -9,6 +9,12 @@ use regatta_base::file;
 
 use super::child::ChildProcess;
 
+/// The endings of layouts of all formats and of scenarios.
+pub const PLANTS: [&str; 11] =
+    ["yaml", "yml", "json", "geojson", "xml", "dxf", "csv", "map", "scen", "lif", "opentcs"];
+/// The ending of recordings.
+pub const RECORDING: &str = "mcap";
+
 /// The bytes of a file that tell what it is.
 const BEGINNING: u64 = 4096;
 
@@ -35,16 +41,7 @@ impl OpenedFiles {
     /// of this window.
     pub fn open(&mut self, path: &Path) -> Option<String> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let file = path.as_os_str().to_owned();
-        let args: Vec<OsString> = match content(path) {
-            Content::Look => return None,
-            Content::Recording => vec!["viewer".into(), file],
-            Content::Plant => {
-                self.fleets += 1;
-                let fleet = format!("opened-{}-{}", std::process::id(), self.fleets);
-                vec!["run".into(), file, "--fleet".into(), fleet.into()]
-            }
-        };
+        let args = self.command_line(path)?;
         Some(match ChildProcess::start("opened file", args) {
             Ok(process) => {
                 self.opened.push((name.clone(), process));
@@ -52,6 +49,21 @@ impl OpenedFiles {
             }
             Err(error) => format!("can't open {name}: {error}"),
         })
+    }
+
+    /// Returns the arguments of this program that show a file; `None` for a file that only changes
+    /// the look of this window.
+    fn command_line(&mut self, path: &Path) -> Option<Vec<OsString>> {
+        let file = path.as_os_str().to_owned();
+        match content(path) {
+            Content::Look => None,
+            Content::Recording => Some(vec!["viewer".into(), file]),
+            Content::Plant => {
+                self.fleets += 1;
+                let fleet = format!("opened-{}-{}", std::process::id(), self.fleets);
+                Some(vec!["run".into(), file, "--fleet".into(), fleet.into()])
+            }
+        }
     }
 
     /// Removes the programs that have ended, and returns the messages of those that have failed.
@@ -70,10 +82,10 @@ impl OpenedFiles {
 fn content(path: &Path) -> Content {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
-        Some("mcap") => Content::Recording,
-        Some("json" | "xml" | "dxf" | "lif" | "opentcs" | "scen") => Content::Plant,
+        Some(RECORDING) => Content::Recording,
         // A map of the ROS map server is for the floor.
-        Some("yaml" | "yml") if !beginning(path).contains("resolution:") => Content::Plant,
+        Some("yaml" | "yml") if beginning(path).contains("resolution:") => Content::Look,
+        Some(ending) if PLANTS.contains(&ending) => Content::Plant,
         _ => Content::Look,
     }
 }
@@ -98,6 +110,9 @@ mod tests {
             ("run.mcap", Content::Recording),
             ("plant.lif.json", Content::Plant),
             ("no-such-file.YAML", Content::Plant),
+            ("nav2.geojson", Content::Plant),
+            ("nodes.csv", Content::Plant),
+            ("maze.map", Content::Plant),
             ("tug.stl", Content::Look),
             ("floor.png", Content::Look),
         ] {
@@ -109,5 +124,19 @@ mod tests {
         std::fs::write(&map, "graph: plant.yaml").expect("written");
         assert_eq!(content(&map), Content::Plant);
         std::fs::remove_file(&map).expect("removed");
+    }
+
+    #[test]
+    fn each_dropped_file_is_shown_by_a_program_of_its_own() {
+        let mut opened = OpenedFiles::default();
+        let of_recording = opened.command_line(Path::new("a b/run.mcap"));
+        assert_eq!(of_recording, Some(vec!["viewer".into(), "a b/run.mcap".into()]));
+        let fleets = ["plant.json", "plant.json"].map(|plant| {
+            let args = opened.command_line(Path::new(plant)).expect("it is shown");
+            assert_eq!(args[..3], ["run", plant, "--fleet"].map(OsString::from));
+            args[3].clone()
+        });
+        assert_ne!(fleets[0], fleets[1], "each has a fleet of its own");
+        assert_eq!(opened.command_line(Path::new("floor.png")), None);
     }
 }

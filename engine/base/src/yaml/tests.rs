@@ -77,3 +77,14 @@ fn what_is_wrong_is_told_with_its_line() {
     );
     assert_eq!(parse("").expect("nothing").content, Content::Null);
 }
+
+#[test]
+fn a_tab_in_the_indentation_is_named() {
+    for (text, line) in
+        [("a:\n\t- 1\n", 2), ("a:\n  - {b: 1}\n\t- {b: 2}\n", 3), ("\ta: 1\nb: 2\n", 1)]
+    {
+        let error = parse(text).expect_err(text);
+        assert!(error.line == line && error.reason.contains("a tab"), "{text:?}: {error}");
+    }
+    assert!(!parse("a: [\n").expect_err("open").reason.contains("tab"));
+}

@@ -141,13 +141,17 @@ fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
 fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
     let (mut fixes, mut removed) = (Vec::new(), BTreeMap::new());
     let mut next_id = raw.edges.iter().filter_map(|edge| edge.id).max().unwrap_or(0);
-    let mut by_ends: BTreeMap<_, Vec<RawEdge>> = BTreeMap::new();
+    // The indices of kept edges.
+    let mut by_ends: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     let mut ids = BTreeSet::new();
-    let mut kept = Vec::with_capacity(raw.edges.len());
+    let mut kept: Vec<RawEdge> = Vec::with_capacity(raw.edges.len());
     for mut edge in std::mem::take(&mut raw.edges) {
         let earlier = by_ends.entry((edge.origin, edge.destination)).or_default();
-        if let Some(other) = earlier.iter().find(|other| is_same(other, &edge)) {
-            fixes.push(format!("{}: removed, it is the same as {}", name(&edge), name(other)));
+        if let Some(same) = earlier.iter().copied().find(|other| is_same(&kept[*other], &edge)) {
+            let other = &mut kept[same];
+            let (removed_name, other_name) = (name(&edge), name(other));
+            let words = keep_name(other, &edge);
+            fixes.push(format!("{removed_name}: removed, it is the same as {other_name}{words}"));
             removed.extend(edge.id.map(|id| (id, other.id)));
             continue;
         }
@@ -159,12 +163,31 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
             ids.insert(free);
             fixes.push(format!("edge {id}: the second one with this id is now edge {free}"));
         }
-        earlier.push(edge.clone());
+        earlier.push(kept.len());
         kept.push(edge);
     }
     raw.edges = kept;
     fixes.extend(replace_edges(raw, removed));
     fixes
+}
+
+/// Gives the name of a removed edge to the one that is kept, if that has none. Returns what has
+/// become of the name, in words.
+fn keep_name(kept: &mut RawEdge, removed: &RawEdge) -> String {
+    let name = removed.tags.as_ref().and_then(|tags| tags.name.as_deref());
+    let own = kept.tags.as_ref().and_then(|tags| tags.name.as_deref());
+    match (own, name) {
+        (None, Some(name)) => {
+            let words = format!("; its name `{}` is kept", shorten(name));
+            let tags = kept.tags.take().map_or_else(Tags::default, |tags| *tags);
+            kept.tags = Tags { name: Some(name.into()), ..tags }.boxed();
+            words
+        }
+        (Some(own), Some(name)) if own != name => {
+            format!("; no edge has the name `{}` now", shorten(name))
+        }
+        _ => String::new(),
+    }
 }
 
 /// Whether two edges are equal, apart from their ids and names.

@@ -8,8 +8,11 @@ use super::validate::MIN_LENGTH;
 use crate::model::raw::{RawGraph, RawNode};
 use crate::model::tags::{Role, Tags};
 
-/// The distance in metres up to which ends that don't meet are joined.
-pub(crate) const MAX_JOINED_GAP: f64 = 0.05;
+/// The distance in metres up to which ends that don't meet are joined: 5 cm between numbers that
+/// aren't exact.
+pub(crate) const MAX_JOINED_GAP: f64 = 0.05 + 1e-6;
+/// The distance in metres up to which ends that don't meet are told.
+const MAX_TOLD_GAP: f64 = 0.2 + 1e-6;
 
 /// A node at which a road ends, and another node nearby without an edge between them.
 #[derive(Clone, Copy, Debug)]
@@ -75,8 +78,15 @@ pub(crate) fn ends(raw: &RawGraph, neighbours: &Neighbours) -> BTreeSet<u32> {
     left.symmetric_difference(&reached).copied().chain(neighbours.dead_ends()).collect()
 }
 
-/// Returns the gaps from each end to the nodes of its level, those of an end by distance.
+/// Returns the gaps that are joined, from each end to the nodes of its level, those of an end by
+/// distance.
 pub(crate) fn gaps(raw: &RawGraph, neighbours: &Neighbours, ends: &BTreeSet<u32>) -> Vec<Gap> {
+    let mut found = all_gaps(raw, neighbours, ends);
+    found.retain(|gap| gap.distance <= MAX_JOINED_GAP);
+    found
+}
+
+fn all_gaps(raw: &RawGraph, neighbours: &Neighbours, ends: &BTreeSet<u32>) -> Vec<Gap> {
     let cells = cells(&raw.nodes);
     let mut found = Vec::new();
     for (end, node) in raw.nodes.iter().enumerate() {
@@ -93,7 +103,7 @@ pub(crate) fn gaps_to_tell(raw: &RawGraph) -> Vec<Gap> {
     let neighbours = Neighbours::of(raw);
     let ends = ends(raw, &neighbours);
     let mut told = BTreeSet::new();
-    let mut found = gaps(raw, &neighbours, &ends);
+    let mut found = all_gaps(raw, &neighbours, &ends);
     found.retain(|gap| {
         let is_new = !told.contains(&gap.end) && !told.contains(&gap.other);
         let is_told = is_new && gap.distance >= MIN_LENGTH;
@@ -133,7 +143,7 @@ fn gaps_of(end: usize, raw: &RawGraph, neighbours: &Neighbours, cells: &Cells) -
         let (Some(other_id), Some(place)) = (node_there.id, position(node_there)) else { continue };
         let distance = place.distance(at);
         let is_gap = other_id != id
-            && distance <= MAX_JOINED_GAP
+            && distance <= MAX_TOLD_GAP
             && level(node_there) == level(node)
             && !neighbours.are_joined(id, other_id);
         if is_gap {
@@ -152,11 +162,11 @@ fn position(node: &RawNode) -> Option<DVec2> {
     node.position().filter(|position| position.is_finite())
 }
 
-/// The nodes by squares of [`MAX_JOINED_GAP`].
+/// The nodes by squares of [`MAX_TOLD_GAP`].
 type Cells = BTreeMap<(i64, i64), Vec<usize>>;
 
 fn cell(position: DVec2) -> (i64, i64) {
-    let index = (position / MAX_JOINED_GAP).floor();
+    let index = (position / MAX_TOLD_GAP).floor();
     (index.x as i64, index.y as i64)
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use regatta_base::graph::{Ends, Gear, Leg, NodeIndex, Rotation, SMOOTH_TURN};
 
-use super::gaps::{gaps_to_tell, obstacle};
+use super::gaps::{MAX_JOINED_GAP, gaps_to_tell, obstacle};
 use super::{coincident, copies, facilities};
 use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
@@ -251,6 +251,9 @@ impl NodeLinter<'_, '_, '_> {
         let other = self.name(NodeIndex(first.other as u32));
         let [node, other_node] = [first.end, first.other].map(|index| &self.raw.nodes[index]);
         let remedy = match obstacle(self.raw, node, other_node) {
+            None if first.distance > MAX_JOINED_GAP => {
+                format!("`graph check --fix` joins ends up to {MAX_JOINED_GAP:.2} m apart only")
+            }
             None => "`graph check --fix` joins them".to_owned(),
             Some(reason) => format!("`graph check --fix` doesn't join them, as {reason}"),
         };

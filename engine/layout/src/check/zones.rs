@@ -9,7 +9,7 @@ use crate::model::raw::RawZone;
 use crate::model::route_graph::RouteGraph;
 use crate::model::tags::Tags;
 use crate::model::value::shorten;
-use crate::model::zones::{Zone, ZoneRule};
+use crate::model::zones::{Zone, ZoneRule, inner_nodes};
 
 /// The members of zones, by name.
 #[derive(Default)]
@@ -45,10 +45,12 @@ pub(super) fn check_zones(
                 None => report_unknown(zone, &format!("edge {id}"), report),
             }
         }
+        let edges: Vec<EdgeIndex> = members.edges.into_iter().collect();
+        let mut inner = Vec::new();
         if zone.rule == ZoneRule::SameDirection {
-            add_inner_nodes(&mut members, graph);
+            inner.extend(inner_nodes(&edges, graph).difference(&members.nodes).copied());
         }
-        let Members { nodes, edges } = members;
+        let nodes: BTreeSet<NodeIndex> = members.nodes.iter().chain(&inner).copied().collect();
         if nodes.is_empty() && edges.is_empty() {
             let message = format!(
                 "zone `{}` has no nodes and no edges: list some, or give them this Zone",
@@ -60,7 +62,8 @@ pub(super) fn check_zones(
             name: zone.name.as_str().into(),
             rule: zone.rule,
             nodes: nodes.into_iter().collect(),
-            edges: edges.into_iter().collect(),
+            edges,
+            inner,
         });
     }
     (!report.has_errors()).then_some(zones)
@@ -84,28 +87,6 @@ fn tagged<'raw>(raw: &'raw [RawZone], graph: &RouteGraph) -> BTreeMap<&'raw str,
         }
     }
     tagged
-}
-
-/// Adds the nodes between the edges: a robot that stands there hasn't left. The edges lead from
-/// such a node to two others or more, or no other edge does: both directions of one road that ends
-/// there don't make it one.
-fn add_inner_nodes(members: &mut Members, graph: &RouteGraph) {
-    let mut neighbours: BTreeMap<NodeIndex, BTreeSet<NodeIndex>> = BTreeMap::new();
-    for edge in members.edges.iter().map(|&edge| graph.edge(edge)) {
-        neighbours.entry(edge.origin).or_default().insert(edge.destination);
-        neighbours.entry(edge.destination).or_default().insert(edge.origin);
-    }
-    let mut has_others = BTreeSet::new();
-    for (index, edge) in graph.edges().iter().enumerate() {
-        if !members.edges.contains(&EdgeIndex(index as u32)) {
-            has_others.extend([edge.origin, edge.destination]);
-        }
-    }
-    let inner = neighbours
-        .into_iter()
-        .filter(|(node, others)| others.len() > 1 || !has_others.contains(node))
-        .map(|(node, _)| node);
-    members.nodes.extend(inner);
 }
 
 fn zone_of(tags: Option<&Tags>) -> Option<&str> {

@@ -38,6 +38,13 @@ const LEVEL_GAP: f64 = 3.0;
 /// The direction from a frame's corner to the name above it.
 const UP_RIGHT: DVec2 = DVec2::new(1.0, -1.0);
 
+/// The smallest size of the font of nodes and edges.
+const SMALLEST_FONT: f64 = 7.0;
+
+/// The colours of the names of nodes, and of all ids.
+const NODE: &str = "#57606a";
+const ID: &str = "#9aa4af";
+
 /// The colour of the names of zones.
 const ZONE: &str = "#57606a";
 
@@ -219,12 +226,17 @@ impl Map<'_> {
 
     /// Returns the size of the font of the labels of nodes and edges.
     fn font(&self) -> f64 {
-        (self.detail * 0.14).clamp(7.0, 13.0)
+        (self.detail * 0.14).clamp(SMALLEST_FONT, 13.0)
+    }
+
+    /// Returns the label of what has no name: its id, smaller and fainter than names.
+    fn id_label(&self, id: u32) -> Label {
+        Label::new(&id.to_string(), (self.font() * 0.8).max(SMALLEST_FONT), ID)
     }
 
     fn place_node(&self, node: &Node, taken: &mut Taken) -> Option<Label> {
-        let id = node.id.to_string();
-        let label = Label::new(node.name().unwrap_or(&id), self.font(), "#6a737d");
+        let name = node.name().map(|name| Label::new(name, self.font(), NODE));
+        let label = name.unwrap_or_else(|| self.id_label(node.id));
         let centres = label.centres_around(self.pixel(node.position), self.reach(node));
         taken.place(label, centres)
     }
@@ -270,13 +282,12 @@ impl Map<'_> {
     }
 
     fn place_edge(&self, edge: &Edge, taken: &mut Taken) -> Option<Label> {
-        let id = edge.id.to_string();
         let length = approximate_length(&edge.path) * self.scale;
         let colour = SPEED_COLOURS[self.speed_class(edge)];
-        let texts = [edge.name().unwrap_or(&id), &id];
-        let labels = texts.map(|text| Label::new(text, self.font(), colour));
+        let name = edge.name().map(|name| Label::new(name, self.font(), colour));
+        let mut labels = name.into_iter().chain([self.id_label(edge.id)]);
         // A label that is longer than its edge would seem to belong to other edges.
-        let label = labels.into_iter().find(|label| 2.0 * label.half_size().x <= length)?;
+        let label = labels.find(|label| 2.0 * label.half_size().x <= length)?;
         let mut centres = Vec::new();
         for fraction in [1.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0] {
             let (position, tangent) = edge.path.at(fraction);
@@ -376,6 +387,19 @@ mod tests {
         let names =
             Map::new(&Apart::new(&graph)).labels().iter().filter(|label| label.text == "a").count();
         assert!(names >= 4, "{names}");
+    }
+
+    #[test]
+    fn ids_are_smaller_and_fainter_than_names() {
+        // Every second edge has no name.
+        let graph = graph(&[(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)], &["hall".into()]);
+        let labels = Map::new(&Apart::new(&graph)).labels();
+        let (ids, names): (Vec<_>, Vec<_>) =
+            labels.iter().partition(|label| label.text.parse::<u32>().is_ok());
+        assert!(!ids.is_empty() && names.len() > ids.len(), "{labels:?}");
+        assert!(names.iter().all(|name| name.colour != ID));
+        let smallest = names.iter().map(|name| name.font).fold(f64::INFINITY, f64::min);
+        assert!(ids.iter().all(|id| id.colour == ID && id.font < smallest), "{labels:?}");
     }
 
     #[test]

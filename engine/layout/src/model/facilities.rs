@@ -188,6 +188,7 @@ impl Lift {
             rule: ZoneRule::Capacity(self.places()),
             edges: edges.map(|(index, _)| index).collect(),
             nodes,
+            inner: Vec::new(),
         }
     }
 

@@ -22,6 +22,60 @@ pub struct Zone {
     pub nodes: Vec<NodeIndex>,
     /// Its edges, in ascending order.
     pub edges: Vec<EdgeIndex>,
+    /// Those of its nodes that its file doesn't list: they are between its edges.
+    pub inner: Vec<NodeIndex>,
+}
+
+impl Zone {
+    /// Whether robots never stand at all of these nodes at once.
+    pub(crate) fn keeps_apart(&self, nodes: &[NodeIndex]) -> bool {
+        let ZoneRule::Capacity(robots) = self.rule else { return false };
+        let inside = nodes.iter().filter(|node| self.nodes.binary_search(node).is_ok());
+        inside.count() > robots.get() as usize
+    }
+
+    /// Whether it may keep a robot out: more robots than it lets in have room in it.
+    pub(crate) fn is_limit(&self) -> bool {
+        match self.rule {
+            // Any number of robots have room on an edge.
+            ZoneRule::Capacity(robots) => {
+                !self.edges.is_empty() || self.nodes.len() > robots.get() as usize
+            }
+            ZoneRule::SameDirection => !self.edges.is_empty() || self.nodes.len() > 1,
+        }
+    }
+
+    /// The nodes that a file has to list: without those that a reader finds between the edges.
+    pub(crate) fn listed_nodes(&self, graph: &RouteGraph) -> Vec<NodeIndex> {
+        if self.inner.is_empty() {
+            return self.nodes.clone();
+        }
+        let found = inner_nodes(&self.edges, graph);
+        let is_listed = |node: &&NodeIndex| !(self.inner.contains(node) && found.contains(node));
+        self.nodes.iter().filter(is_listed).copied().collect()
+    }
+}
+
+/// Returns the nodes between edges: a robot that stands there hasn't left them. The edges lead from
+/// such a node to two others or more, or no other edge does: both directions of one road that ends
+/// there don't make it one.
+pub(crate) fn inner_nodes(edges: &[EdgeIndex], graph: &RouteGraph) -> BTreeSet<NodeIndex> {
+    let mut neighbours: BTreeMap<NodeIndex, BTreeSet<NodeIndex>> = BTreeMap::new();
+    for edge in edges.iter().map(|&edge| graph.edge(edge)) {
+        neighbours.entry(edge.origin).or_default().insert(edge.destination);
+        neighbours.entry(edge.destination).or_default().insert(edge.origin);
+    }
+    let edges: BTreeSet<EdgeIndex> = edges.iter().copied().collect();
+    let mut has_others = BTreeSet::new();
+    for (index, edge) in graph.edges().iter().enumerate() {
+        if !edges.contains(&EdgeIndex(index as u32)) {
+            has_others.extend([edge.origin, edge.destination]);
+        }
+    }
+    let inner = neighbours
+        .into_iter()
+        .filter(|(node, others)| others.len() > 1 || !has_others.contains(node));
+    inner.map(|(node, _)| node).collect()
 }
 
 /// The rule for the robots in a zone.

@@ -1,6 +1,7 @@
 //! Tables of nodes and edges, in one file or in two beside each other. See `docs/formats/csv.md`.
 
 mod columns;
+mod points;
 mod rows;
 pub(crate) mod sibling;
 #[cfg(test)]
@@ -10,10 +11,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec2;
+use regatta_base::Decimal;
 use regatta_base::bezier::CubicBezier;
 
 use self::columns::Columns;
-use self::rows::{EdgeRow, Row, is_grouped, is_with_decimal_comma};
+use self::points::Points;
+use self::rows::{EdgeRow, Row, is_grouped};
 use self::sibling::{EDGE_WORDS, NODE_WORDS, sibling_files};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
@@ -45,6 +48,7 @@ pub(crate) fn read<'text>(
         report,
         ignored: Ignored::default(),
         warnings: BTreeMap::new(),
+        points: Points::default(),
         other: None,
         scale,
         nodes: Vec::new(),
@@ -68,6 +72,8 @@ struct Reader<'r, 'text> {
     ignored: Ignored,
     /// By message: the place of its first occurrence, and the number of occurrences.
     warnings: BTreeMap<String, (u32, usize)>,
+    /// Numbers with points in the file that is read, if it has decimal commas.
+    points: Points,
     /// The second file while it is read.
     other: Option<Other>,
     /// The metres of one unit, for columns without a unit.
@@ -134,7 +140,7 @@ impl Reader<'_, '_> {
         let separator = separator(text);
         let cells = text.split([char::from(separator), '\n', '\r']);
         let has_decimal_comma = separator != b','
-            && cells.clone().any(|cell| is_with_decimal_comma(cell.trim().trim_matches('"')));
+            && cells.clone().any(|cell| Decimal::has_comma(cell.trim().trim_matches('"')));
         if separator != b',' && !has_decimal_comma {
             self.warn_of_thousands(cells.map(|cell| cell.trim().trim_matches('"')));
         }
@@ -180,6 +186,7 @@ impl Reader<'_, '_> {
                     );
                     return Err(self.syntax(place.line, &message));
                 }
+                self.warn_of_guesses(&header, place);
                 self.warn_of_properties(&header, place);
                 columns = Some(header);
                 continue;
@@ -191,7 +198,20 @@ impl Reader<'_, '_> {
             };
             self.row(Row { columns, cells: &record, place, has_decimal_comma });
         }
+        std::mem::take(&mut self.points).report(self.report);
         Ok(())
+    }
+
+    /// Tells what columns with German names are taken for.
+    fn warn_of_guesses(&mut self, header: &Columns, place: Place) {
+        let guessed = header.list.iter().filter_map(|column| {
+            Some(format!("`{}` as `{}`", shorten(&column.name), column.translated?))
+        });
+        let guessed: Vec<String> = guessed.collect();
+        if !guessed.is_empty() {
+            let message = format!("columns are read by their German names: {}", guessed.join(", "));
+            self.warning(place, &message);
+        }
     }
 
     /// Warns of columns that aren't understood.

@@ -144,6 +144,7 @@ fn restricted(graph: &RouteGraph, network: &Network<'_>) -> Option<RouteGraph> {
     let zones = graph.zones().iter().map(|zone| Zone {
         nodes: zone.nodes.iter().filter_map(|node| new_nodes[node.0 as usize]).collect(),
         edges: zone.edges.iter().filter_map(|edge| new_edges.get(edge).copied()).collect(),
+        inner: zone.inner.iter().filter_map(|node| new_nodes[node.0 as usize]).collect(),
         ..zone.clone()
     });
     let zones = zones.filter(|zone| !(zone.nodes.is_empty() && zone.edges.is_empty())).collect();

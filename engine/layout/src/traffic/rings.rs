@@ -28,6 +28,8 @@ const FIRST_ROBOTS: usize = 4;
 pub struct Rings {
     /// The number of pairs of nodes at which two robots may wait for each other.
     pub pairs: usize,
+    /// The number of further pairs at which a zone never lets both robots stand.
+    pub kept_apart: usize,
     /// One of these pairs.
     pub pair: Option<(NodeIndex, NodeIndex)>,
     /// The smallest rings of three robots or more, smallest first: at most [`MOST_RINGS`].
@@ -77,7 +79,11 @@ pub fn rings(network: &Network<'_>, conflicts: &Conflicts) -> Rings {
     let certainty = if is_unknown { Certainty::Bound } else { search.certainty };
     let smallest = search.found.into_iter().map(|ring| ring.into_iter().map(NodeIndex).collect());
     let smallest = smallest.collect();
-    Rings { pairs: pairs.len(), pair: pairs.first().copied(), smallest, others, certainty }
+    let all = pairs.len();
+    let zones = network.graph.zones();
+    pairs.retain(|(one, other)| !zones.iter().any(|zone| zone.keeps_apart(&[*one, *other])));
+    let (pair, kept_apart, pairs) = (pairs.first().copied(), all - pairs.len(), pairs.len());
+    Rings { pairs, kept_apart, pair, smallest, others, certainty }
 }
 
 /// By node: the nodes for whose robots a robot may wait.

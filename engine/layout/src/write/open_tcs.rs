@@ -30,6 +30,10 @@ pub fn write(graph: &RouteGraph) -> Written {
     let text = writer.model().expect("writing to a Vec never fails");
     let text = String::from_utf8(text).expect("all parts are UTF-8");
     writer.losses.add_many(graph.background().len(), "background lines: this format has none");
+    let renamed = graph.zones().iter().filter(|zone| block_type(zone.rule).is_some());
+    let renamed = renamed.filter(|zone| !writer.blocks.contains_key(&*zone.name)).count();
+    let message = "zones get a number: points, paths or stations have their names";
+    writer.losses.add_many(renamed, message);
     let several = graph.zones().iter().filter(|zone| block_type(zone.rule).is_none()).count();
     writer.losses.add_many(several, "zones for several robots: this format has none");
     writer.losses.add_many(graph.doors().len(), "doors: this format has none");
@@ -296,7 +300,8 @@ fn blocks(
     let mut blocks = BTreeMap::new();
     for zone in graph.zones() {
         let Some(kind) = block_type(zone.rule) else { continue };
-        let nodes = zone.nodes.iter().map(|node| &points[node.0 as usize]);
+        let nodes = zone.listed_nodes(graph);
+        let nodes = nodes.iter().map(|node| &points[node.0 as usize]);
         let edges = zone.edges.iter().map(|edge| &paths[edge.0 as usize]);
         let members = nodes.chain(edges).cloned().collect();
         blocks.insert(taken.unique(zone.name.to_string()), Block { kind, members });

@@ -210,7 +210,8 @@ impl Writer<'_> {
             ZoneRule::Capacity(robots) => write!(self.text, ", Capacity: {robots}")?,
             ZoneRule::SameDirection => write!(self.text, ", Rule: same_direction")?,
         }
-        let nodes: Vec<String> = zone.nodes.iter().map(|&node| self.id(node).to_string()).collect();
+        let nodes = zone.listed_nodes(self.graph);
+        let nodes: Vec<String> = nodes.iter().map(|&node| self.id(node).to_string()).collect();
         let edges = zone.edges.iter().map(|&edge| self.graph.edge(edge).id.to_string());
         let edges: Vec<String> = edges.collect();
         for (key, ids) in [("Nodes", nodes), ("Edges", edges)] {

@@ -54,6 +54,9 @@ impl Session {
         if let Some(reason) = producer.refuses(kind) {
             return Ok(Err(reason));
         }
+        if kind != ControlKind::Robots {
+            self.end_warm_up();
+        }
         let (current, now) = (self.now.sim_nanos, Instant::now());
         let outcome = match kind {
             ControlKind::Status => Ok(()),

@@ -180,12 +180,13 @@ impl Session {
 
     /// Ends the warm-up at its time.
     fn end_warm_up_if_due(&mut self) {
-        if self.after_warm_up.as_ref().is_some_and(|after| self.now.sim_nanos >= after.from_nanos) {
+        if !self.is_warming_up() {
             self.end_warm_up();
         }
     }
 
-    fn end_warm_up(&mut self) {
+    /// Ends the warm-up, if there is one: at its time, or when somebody takes over the clock.
+    pub(super) fn end_warm_up(&mut self) {
         let Some(AfterWarmUp { speed, lockstep, .. }) = self.after_warm_up.take() else { return };
         self.readers = Readers::Processes(lockstep);
         let now = Instant::now();
@@ -387,7 +388,15 @@ impl Session {
 
     /// The state of the clock, as frames report it.
     pub fn clock_state(&self) -> ClockState {
-        if self.ended { ClockState::Stopped } else { self.clock.state() }
+        if self.ended {
+            return ClockState::Stopped;
+        }
+        if self.is_warming_up() { ClockState::WarmingUp } else { self.clock.state() }
+    }
+
+    /// Whether the current moment belongs to the warm-up. The frame at its end is the run's first.
+    fn is_warming_up(&self) -> bool {
+        self.after_warm_up.as_ref().is_some_and(|after| self.now.sim_nanos < after.from_nanos)
     }
 
     /// The number of ticks that ended after their deadline.

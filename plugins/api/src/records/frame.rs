@@ -88,6 +88,9 @@ pub enum ClockState {
     Paused = 1,
     /// The last frame of the run.
     Stopped = 2,
+    /// The warm-up of a run: ticks come as fast as possible, and the run begins at its end. Readers
+    /// that show or record the run leave these frames out.
+    WarmingUp = 3,
 }
 
 /// The state of a robot: a value of the `state` column.
@@ -214,6 +217,13 @@ impl<'frame> Columns<'frame> {
 }
 
 super::sequence::sequenced!(FrameHeader: sequence);
+
+impl FrameHeader {
+    /// Whether the frame belongs to the warm-up of a run.
+    pub const fn is_warm_up(&self) -> bool {
+        self.clock == ClockState::WarmingUp as u32
+    }
+}
 
 impl RobotState {
     /// The name, for people.

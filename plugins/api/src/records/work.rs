@@ -36,10 +36,11 @@ pub struct WorkFigures {
     pub open: u64,
     /// Orders that the manager has given up.
     pub failed: u64,
-    /// Finished orders an hour of the last ten minutes, or of the covered time if that is shorter.
+    /// Finished orders an hour of the last ten minutes, or of the time since the manager began or
+    /// the warm-up of the run ended if that is shorter; NaN in its first minute.
     pub orders_per_hour: f32,
-    /// The median time from when robots could have an order to its end, in seconds; NaN if no order
-    /// is finished.
+    /// The shortest time from when robots could have an order to its end that half of the orders
+    /// don't exceed, in seconds; NaN if no order is finished.
     pub service_p50_secs: f32,
     /// The 99th percentile of these times, in seconds; NaN if no order is finished.
     pub service_p99_secs: f32,
@@ -54,7 +55,13 @@ pub struct WorkFigures {
 super::sequence::sequenced!(WorkHeader: sequence);
 
 impl WorkFigures {
-    /// The median and the 99th percentile of service times, in seconds; `None` if no order is
+    /// Finished orders an hour, as [`orders_per_hour`](Self::orders_per_hour); `None` in the first
+    /// minute.
+    pub fn rate(&self) -> Option<f32> {
+        Some(self.orders_per_hour).filter(|rate| rate.is_finite())
+    }
+
+    /// The 50th and the 99th percentile of service times, in seconds; `None` if no order is
     /// finished.
     pub fn service_secs(&self) -> Option<[f32; 2]> {
         let secs = [self.service_p50_secs, self.service_p99_secs];

@@ -141,7 +141,7 @@ fn all_records() -> Map<String, Value> {
 fn all_enums() -> Map<String, Value> {
     enums! {
         RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Stalled, Broken, Absent }
-        ClockState { Running, Paused, Stopped }
+        ClockState { Running, Paused, Stopped, WarmingUp }
         Shape { Rectangle, Circle }
         Role { None, Pick, Drop, Park, Charge, Transfer }
         ZoneRule { Capacity, SameDirection }

@@ -13,9 +13,11 @@ use super::order::{Order, State};
 pub struct Durations {
     /// The mean.
     pub mean_secs: f64,
-    /// The median.
+    /// The median: of an even number of durations, the mean of the two in the middle.
+    pub median_secs: f64,
+    /// The shortest duration that half of all don't exceed.
     pub p50_secs: f64,
-    /// The 99th percentile.
+    /// That which 99 % of all don't exceed.
     pub p99_secs: f64,
     /// The longest.
     pub longest_secs: f64,
@@ -23,6 +25,8 @@ pub struct Durations {
 
 /// The time of which [`Figures::recent_orders_per_hour`] tells the rate, in seconds.
 pub const RECENT_SECS: f64 = 600.0;
+/// The least time that has such a rate, in seconds.
+const LEAST_RATE_SECS: f64 = 60.0;
 
 /// The numbers of orders by state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -46,10 +50,11 @@ pub struct Figures {
     pub secs: f64,
     /// Finished orders an hour of this time.
     pub orders_per_hour: f64,
-    /// Finished orders an hour of the last [`RECENT_SECS`], or of this time if that is shorter: the
-    /// current rate, which the empty start of a run no longer lowers.
+    /// Finished orders an hour of the last [`RECENT_SECS`], or of the time since the pool was opened
+    /// or the warm-up of the run ended if that is shorter: the current rate. `None` in its first
+    /// minute.
     #[serde(skip)]
-    pub recent_orders_per_hour: f64,
+    pub recent_orders_per_hour: Option<f64>,
     /// Finished stops a second of this time.
     pub stops_per_sec: f64,
     /// Finished orders that were late for their deadline.
@@ -73,6 +78,8 @@ pub(super) struct Counts {
     service_secs: Vec<f32>,
     /// The times at which the orders of the last [`RECENT_SECS`] were finished, ascending.
     recent: VecDeque<f64>,
+    /// The time before which finished orders don't count for the current rate, in seconds.
+    pub(super) rate_since_secs: f64,
     /// The waits of orders whose robot has come to the first stop.
     pub(super) waiting_secs: Vec<f32>,
     late: usize,
@@ -131,7 +138,7 @@ impl Counts {
         Figures {
             secs,
             orders_per_hour: per_sec(orders.finished, secs) * 3600.0,
-            recent_orders_per_hour: self.recent_per_sec(secs, now_secs) * 3600.0,
+            recent_orders_per_hour: self.recent_per_hour(secs, now_secs),
             stops_per_sec: per_sec(self.stops, secs),
             late: self.late,
             service: Durations::of(&self.service_secs),
@@ -143,9 +150,10 @@ impl Counts {
     }
 
     /// The rate of the last [`RECENT_SECS`]; `secs` is the time since the pool was opened.
-    fn recent_per_sec(&self, secs: f64, now_secs: f64) -> f64 {
-        let before = self.recent.partition_point(|at| *at <= now_secs - RECENT_SECS);
-        per_sec(self.recent.len() - before, secs.min(RECENT_SECS))
+    fn recent_per_hour(&self, secs: f64, now_secs: f64) -> Option<f64> {
+        let secs = secs.min(now_secs - self.rate_since_secs).min(RECENT_SECS);
+        let before = self.recent.partition_point(|at| *at <= now_secs - secs);
+        (secs >= LEAST_RATE_SECS).then(|| per_sec(self.recent.len() - before, secs) * 3600.0)
     }
 }
 
@@ -167,17 +175,19 @@ impl Durations {
         let [p50_secs, p99_secs] = [50, 99].map(|hundredths| {
             f64::from(sorted[(sorted.len() * hundredths).div_ceil(100).max(1) - 1])
         });
+        let middle = [(sorted.len() - 1) / 2, sorted.len() / 2].map(|at| f64::from(sorted[at]));
+        let median_secs = f64::midpoint(middle[0], middle[1]);
         let mean_secs =
             sorted.iter().map(|secs| f64::from(*secs)).sum::<f64>() / sorted.len() as f64;
-        Self { mean_secs, p50_secs, p99_secs, longest_secs: f64::from(*longest) }
+        Self { mean_secs, median_secs, p50_secs, p99_secs, longest_secs: f64::from(*longest) }
     }
 
     /// The times as a line of a table; `None` without any.
     fn line(&self, name: &str) -> Option<String> {
-        let Self { mean_secs, p50_secs, p99_secs, longest_secs } = self;
+        let Self { mean_secs, median_secs, p99_secs, longest_secs, .. } = self;
         (*longest_secs > 0.0).then(|| {
             format!(
-                "{name:<13} median {p50_secs:.1} s, 99th percentile {p99_secs:.1} s, longest \
+                "{name:<13} median {median_secs:.1} s, 99th percentile {p99_secs:.1} s, longest \
                  {longest_secs:.1} s, mean {mean_secs:.1} s\n"
             )
         })
@@ -234,7 +244,7 @@ mod tests {
         let late = Figures { late: 2, service: Durations::of(&[4.0, 8.0]), ..figures };
         assert_eq!(
             late.table(),
-            "orders        12 finished (24 an hour), 2 late\nservice time  median 4.0 s, 99th \
+            "orders        12 finished (24 an hour), 2 late\nservice time  median 6.0 s, 99th \
              percentile 8.0 s, longest 8.0 s, mean 6.0 s\n"
         );
     }
@@ -243,9 +253,15 @@ mod tests {
     fn percentiles_are_values_that_occurred() {
         let secs: Vec<_> = (1..=200).rev().map(|secs| secs as f32).collect();
         let durations = Durations::of(&secs);
-        let expected =
-            Durations { mean_secs: 100.5, p50_secs: 100.0, p99_secs: 198.0, longest_secs: 200.0 };
+        let expected = Durations {
+            mean_secs: 100.5,
+            median_secs: 100.5,
+            p50_secs: 100.0,
+            p99_secs: 198.0,
+            longest_secs: 200.0,
+        };
         assert_eq!((durations, Durations::of(&[])), (expected, Durations::default()));
-        assert_eq!(Durations::of(&[4.0]).p50_secs, 4.0);
+        assert_eq!((Durations::of(&[4.0]).p50_secs, Durations::of(&[4.0]).median_secs), (4.0, 4.0));
+        assert_eq!(Durations::of(&[9.0, 1.0, 2.0]).median_secs, 2.0);
     }
 }

@@ -16,8 +16,10 @@
 
 pub mod clock;
 pub mod columns;
+mod hidden;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod points;
 mod rows;
 pub mod table;
 mod workbook;
@@ -98,10 +100,11 @@ pub fn read_table(path: &Path) -> Result<Table, FileError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     let table = match ending.to_str() {
         Some("csv" | "tsv" | "txt") => Table::parse(&decoded(&bytes_of(path)?)),
-        Some("xlsx" | "xlsm") => workbook::sheet_of(bytes_of(path)?)
+        Some("xlsx" | "xlsm") => workbook::sheet_of(&bytes_of(path)?)
             .map_err(|reason| yaml::Error { line: 1, reason })
             .and_then(|sheet| {
-                Ok(Table { unread_sheets: sheet.others, ..Table::parse_sheet(&sheet.csv)? })
+                let table = Table::parse_sheet(&sheet.csv)?;
+                Ok(Table { unread_sheets: sheet.others, hidden_rows: sheet.hidden, ..table })
             }),
         #[cfg(feature = "parquet")]
         Some("parquet" | "pq") => parquet::csv_of(bytes_of(path)?)

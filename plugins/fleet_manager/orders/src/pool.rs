@@ -287,6 +287,11 @@ impl OrderPool {
         self.counts.figures(self.open.values(), secs, now_secs)
     }
 
+    /// Lets the current rate of orders count from now on: the warm-up of the run has ended.
+    pub fn begin_rate(&mut self, now_secs: f64) {
+        self.counts.rate_since_secs = now_secs;
+    }
+
     /// The number of stops that robots have handled.
     pub fn handled_stops(&self) -> usize {
         self.counts.stops

@@ -69,8 +69,8 @@ impl Charging {
     /// Updates the phase of a robot.
     fn follow(&mut self, at: &Situation, now_secs: f64) {
         let to_charger = self.secs_to_charger(at.node) * self.settings.delay;
-        let (settings, Some(robot)) = (self.settings, self.robots.get_mut(at.robot as usize))
-        else {
+        let (settings, full) = (self.settings, self.or_all(self.settings.full));
+        let Some(robot) = self.robots.get_mut(at.robot as usize) else {
             return;
         };
         if robot.battery.is_none() {
@@ -95,7 +95,7 @@ impl Charging {
             Phase::Free if robot.is_low && !at.is_bound && at.node.is_some() => Phase::Waiting,
             Phase::Going(_) if at.is_unreachable => Phase::Waiting,
             Phase::Going(charger) if at.has_arrived => Phase::Charging(charger),
-            Phase::Charging(charger) if robot.charge >= settings.full => Phase::Resting(charger),
+            Phase::Charging(charger) if robot.charge >= full => Phase::Resting(charger),
             Phase::Resting(_) if has_left => Phase::Free,
             Phase::Leaving(..) if at.stop.is_some() || at.has_arrived || at.is_unreachable => {
                 Phase::Free
@@ -171,7 +171,7 @@ impl Charging {
                 robot.idle_since.is_some_and(|since| now_secs - since >= self.settings.idle_secs);
             let may_charge = robot.battery.is_some()
                 && robot.phase == Phase::Free
-                && robot.charge < self.settings.top_up;
+                && robot.charge < self.or_all(self.settings.top_up);
             if is_idle
                 && may_charge
                 && !at.is_broken

@@ -6,7 +6,7 @@ use regatta_orders::{NewOrder, State};
 use regatta_plugin::frame::RobotState;
 
 use super::{Manager, Progress};
-use crate::charging::{ChargeAction, Charging, Decision, Situation};
+use crate::charging::{Charge, ChargeAction, Charging, Decision, Situation};
 
 /// The cost of an order after its first stop: the largest of all orders with that stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +25,10 @@ impl Rest {
         charging.suffices(robot, secs + self.driving_secs, self.standing_secs, self.last)
     }
 
-    /// Whether a robot's battery would last for it if it were full at a charger, from which it
-    /// drives for some seconds to the first stop.
-    fn is_affordable_when_full(&self, charging: &Charging, robot: u32, secs: f64) -> bool {
-        charging.full_suffices(robot, secs + self.driving_secs, self.standing_secs, self.last)
+    /// Whether a robot's battery would last for it with a charge at a charger, from which it drives
+    /// for some seconds to the first stop.
+    fn is_affordable_with(&self, charging: &Charging, robot: (u32, Charge), secs: f64) -> bool {
+        charging.would_suffice(robot, secs + self.driving_secs, self.standing_secs, self.last)
     }
 
     fn secs(&self) -> f64 {
@@ -46,6 +46,8 @@ impl Manager {
         for charger in self.charging.chargers() {
             self.times.prepare(&roads, charger);
         }
+        self.for_full_batteries.retain(|id| self.orders.waiting_order(*id).is_some());
+        self.charging.need_all(!self.for_full_batteries.is_empty());
         let situations: Vec<Situation> =
             self.present.iter().map(|&robot| self.situation(robot, states)).collect();
         let times = &self.times;
@@ -104,7 +106,9 @@ impl Manager {
         if !self.charging.is_needed() {
             return rests;
         }
-        let orders = self.orders.open_orders().filter(|order| order.state != State::Unplaced);
+        let open = self.orders.open_orders();
+        let orders =
+            open.filter(|order| !matches!(order.state, State::Unplaced | State::Unroutable));
         for order in orders.filter(|order| !order.is_bound()) {
             let Some(first) = order.content.stops.first() else { continue };
             let Some(rest) = self.rest(&order.content) else { continue };
@@ -134,9 +138,9 @@ impl Manager {
         types.is_empty() || types.contains(&self.robot_types[robot as usize])
     }
 
-    /// Whether no robot can carry an order out even if it begins with a full battery at the nearest
+    /// Whether no robot can carry an order out even if it begins with some charge at the nearest
     /// charger. Nothing is said while a driving time isn't known.
-    pub(super) fn exceeds_batteries(&self, order: &NewOrder) -> bool {
+    pub(super) fn exceeds_batteries(&self, order: &NewOrder, charge: Charge) -> bool {
         let is_known = order.stops.iter().all(|stop| self.times.knows(stop.node));
         if !(self.charging.is_needed() && self.charging.is_measured() && is_known) {
             return false;
@@ -149,6 +153,6 @@ impl Manager {
         let ways = ways.filter_map(|charger| self.times.between(roads, charger, first.node));
         let Some(secs) = ways.min_by(f64::total_cmp) else { return false };
         let mut fitting = self.present.iter().filter(|robot| self.may_get(order, **robot));
-        !fitting.any(|robot| rest.is_affordable_when_full(&self.charging, *robot, secs))
+        !fitting.any(|robot| rest.is_affordable_with(&self.charging, (*robot, charge), secs))
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use regatta_orders::{NewOrder, Order, OrderId, Service, State, Stop, Unroutable};
 
 use super::Manager;
+use crate::charging::Charge;
 use crate::roads::Roads;
 use crate::steering::Steering;
 
@@ -147,7 +148,8 @@ impl Manager {
     /// Returns the reason for which no robot can ever carry an order out, if any.
     fn obstacle(&self, order: &NewOrder) -> Option<Unroutable> {
         let obstacle = Ways::of(&self.steering, &self.present, &self.robot_types).obstacle(order);
-        obstacle.or_else(|| self.exceeds_batteries(order).then_some(Unroutable::Battery))
+        obstacle
+            .or_else(|| self.exceeds_batteries(order, Charge::Full).then_some(Unroutable::Battery))
     }
 
     /// Marks the waiting orders that no robot can carry out, and warns of stops from which no way
@@ -169,7 +171,11 @@ impl Manager {
         }
         let mut impossible = Vec::new();
         for order in ids.into_iter().filter_map(|id| self.orders.waiting_order(id)) {
-            if let Some(obstacle) = self.obstacle(&order.content) {
+            let obstacle = self.obstacle(&order.content);
+            if obstacle.is_none() && self.exceeds_batteries(&order.content, Charge::Usual) {
+                self.for_full_batteries.insert(order.id);
+            }
+            if let Some(obstacle) = obstacle {
                 impossible.push((order.id, obstacle));
             } else if let Some(node) = ways.trap(order).filter(|node| self.traps.insert(*node)) {
                 self.warnings.push(format!(

@@ -137,7 +137,7 @@ fn speed(speed: f32) -> ControlRequest {
 }
 
 fn is_running(status: &ControlResponse) -> bool {
-    status.clock == ClockState::Running as u32
+    [ClockState::Running, ClockState::WarmingUp].iter().any(|state| status.clock == *state as u32)
 }
 
 /// Returns the next higher speed; full speed above the highest.

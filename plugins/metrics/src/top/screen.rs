@@ -45,6 +45,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
             .areas(area);
     frame.render_widget(fitted(head_line(view), head.width), head);
     match view.snapshot.run {
+        Some(run) if run.clock == ClockState::WarmingUp => draw_warm_up(frame, body, view, &run),
         Some(run) => view.scroll = draw_run(frame, body, view, &run),
         None => draw_waiting(frame, body, view),
     }
@@ -114,6 +115,20 @@ fn draw_waiting(frame: &mut Frame<'_>, area: Rect, view: &View) {
     lists::draw_processes(frame, below, view);
 }
 
+/// Draws a fleet in its warm-up: its figures aren't those of the run, which begins afterwards.
+fn draw_warm_up(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
+    let time = format::clock(run.sim_time);
+    let lines = vec![
+        Line::from(format!("Warming up: {time} of simulated time driven so far.")).bold(),
+        Line::default(),
+        Line::from("The run begins at the end of its warm-up, in real time.").style(theme::quiet()),
+    ];
+    let [above, below] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(inset(area));
+    centred(frame, above, lines);
+    lists::draw_processes(frame, below, view);
+}
+
 fn head_line(view: &View) -> Line<'_> {
     let mut spans = vec![" regatta ".bold(), Span::from(format!(" {}   ", view.snapshot.fleet))];
     if let Some(run) = &view.snapshot.run {
@@ -121,6 +136,7 @@ fn head_line(view: &View) -> Line<'_> {
             ClockState::Running => (theme::GOOD, "running"),
             ClockState::Paused => (theme::WARNING, "paused"),
             ClockState::Stopped => (theme::BAD, "stopped"),
+            ClockState::WarmingUp => (theme::WARNING, "warming up"),
         };
         spans.push(Span::from(format!("● {word}")).style(theme::text(colour)).bold());
         spans.push(Span::from(format!("  {}   ", format::speed(run.speed))));

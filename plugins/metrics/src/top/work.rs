@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use regatta_base::thousands;
@@ -70,24 +71,31 @@ fn title(orders: &OrderFigures) -> String {
 
 /// Formats the numbers of orders.
 fn counts(orders: &OrderFigures) -> Line<'static> {
-    let per_hour = orders.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
-    numbers(orders, (per_hour, "an hour"))
+    let rate = orders.finished_per_second.map(|rate| format!("{} an hour", whole(rate * 3600.0)));
+    numbers(orders, rate)
 }
 
 /// Formats the numbers of orders of the run, as its manager publishes them.
 fn run_counts(run: &WorkFigures, read: &OrderFigures) -> Line<'static> {
     let orders =
         OrderFigures { open: Some(run.open), finished: run.finished, failed: run.failed, ..*read };
-    numbers(&orders, (Some(run.orders_per_hour.round() as u64), "an hour (last 10 min)"))
+    let rate = run.rate().map_or_else(|| "–".to_owned(), |rate| whole(rate.into()));
+    numbers(&orders, Some(format!("{rate} an hour (last 10 min)")))
+}
+
+/// Formats a number without its fraction.
+fn whole(value: f64) -> String {
+    thousands(value.round() as u64)
 }
 
 /// Formats numbers of orders. Those of failed and cancelled ones are shown only if there are any.
-/// `rate` is the finished orders an hour, and the words for it.
-fn numbers(orders: &OrderFigures, rate: (Option<u64>, &'static str)) -> Line<'static> {
+/// `rate` tells the finished orders an hour.
+fn numbers(orders: &OrderFigures, rate: Option<String>) -> Line<'static> {
     let counts = [
         (orders.open, "open", theme::quiet()),
         (Some(orders.finished), "finished", theme::quiet()),
-        (rate.0, rate.1, theme::strong()),
+    ];
+    let exceptions = [
         (Some(orders.failed).filter(|count| *count > 0), "failed", theme::text(theme::BAD)),
         (
             Some(orders.cancelled).filter(|count| *count > 0),
@@ -95,13 +103,21 @@ fn numbers(orders: &OrderFigures, rate: (Option<u64>, &'static str)) -> Line<'st
             theme::text(theme::WARNING),
         ),
     ];
+    let mut spans = known(counts);
+    spans.extend(rate.map(|rate| Span::styled(rate, theme::strong())));
+    spans.extend(known(exceptions));
+    separated(spans, ", ")
+}
+
+/// Formats the counts that are known.
+fn known(counts: [(Option<u64>, &'static str, Style); 2]) -> Vec<Span<'static>> {
     let mut spans = Vec::new();
     for (count, what, style) in counts {
         if let Some(count) = count {
             spans.push(Span::styled(format!("{} {what}", thousands(count)), style));
         }
     }
-    separated(spans, ", ")
+    spans
 }
 
 /// Formats the numbers of robots, without activities of none.
@@ -146,7 +162,8 @@ fn run_times(run: &WorkFigures) -> Line<'static> {
     add_figure(&mut spans, "p99 ", p99, "  ");
     add_figure(&mut spans, "waiting ", Some(percent(f64::from(run.waiting))), "  ");
     let busy = format!("{} of {}", thousands(run.busy.into()), thousands(run.robots.into()));
-    add_figure(&mut spans, "busy ", Some(busy), " robots");
+    let robots = if run.robots == 1 { " robot" } else { " robots" };
+    add_figure(&mut spans, "busy ", Some(busy), robots);
     Line::from(spans)
 }
 
@@ -243,7 +260,9 @@ mod tests {
             run_times(&run).to_string(),
             "service p50 61 s  p99 240 s  waiting 13 %  busy 340 of 1,400 robots"
         );
-        let begun = WorkFigures { service_p50_secs: f32::NAN, ..run };
+        let begun = WorkFigures { service_p50_secs: f32::NAN, orders_per_hour: f32::NAN, ..run };
+        let text = run_counts(&begun, &read).to_string();
+        assert!(text.contains("– an hour (last 10 min)"), "{text}");
         assert!(run_times(&begun).to_string().starts_with("service p50 –  p99 –"));
     }
 

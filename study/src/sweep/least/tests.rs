@@ -58,6 +58,24 @@ fn the_least_number_is_that_of_all_numbers() {
     }
 }
 
+/// A load that comes, whose figures are within the limits for as long as the runs take.
+#[test]
+fn robots_whose_backlog_grows_meet_no_target_of_orders() {
+    let plant = |growth: f64| {
+        move |robots: u32, seed: u64| {
+            let backlog_growth = if robots < 3 { growth + 0.1 * seed as f64 } else { 0.0 };
+            Ok(Measured { end: RunEnd::AtTime, backlog_growth, ..day(300.0 + seed as f64) })
+        }
+    };
+    let (curve, _) = search(TARGET, "1..5", plant(5.5));
+    assert_eq!(found(&curve), Some(3));
+    assert_eq!(curve.points[1].growth().map(|growth| growth.values), Some(3));
+    let (curve, _) = search(TARGET, "1..5", plant(0.5));
+    assert_eq!(found(&curve), Some(1), "some orders more are chance");
+    let (curve, _) = search(&["30 orders/h"], "1..5", plant(5.5));
+    assert_eq!(found(&curve), Some(1), "a throughput is what it is");
+}
+
 #[test]
 fn with_chance_the_answer_is_within_one_robot_of_the_truth() {
     // The p99 falls with the number of robots; 40 robots have 360 s, so that 41 are the least.

@@ -104,7 +104,7 @@ fn a_station_has_its_name_and_keeps_room_for_it() {
     let labels = Labels::new(&world.view(1, 1), None);
     let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
     let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
-    assert_eq!(texts, ["inbound dock 4", "charge 2", "corner", "n4"]);
+    assert_eq!(texts, ["inbound dock 4", "charge 2", "corner", "4"]);
     world.nodes[1].x = 0.9;
     let labels = Labels::new(&world.view(1, 1), None);
     let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);

@@ -1,5 +1,7 @@
 //! The clock, the list of robots, and what the panels tell of a robot.
 
+use std::time::Duration;
+
 use super::*;
 
 #[test]
@@ -38,6 +40,16 @@ fn keys_send_the_same_requests_as_buttons() {
 }
 
 #[test]
+fn a_warm_up_is_told_in_the_place_of_the_fleet() {
+    let mut fixture = Fixture::new(5);
+    fixture.engine = EngineState::WarmingUp(Duration::from_secs(200));
+    let mut harness = harness(fixture);
+    settle(&mut harness);
+    harness.get_by_label("Warming up: 3:20");
+    assert!(harness.query_by_label("idle").is_none(), "no legend of robots");
+}
+
+#[test]
 fn the_interface_waits_for_an_engine_and_sends_no_requests() {
     let mut fixture = Fixture::new(5);
     (fixture.engine, fixture.status) = (EngineState::Awaited, None);
@@ -66,6 +78,21 @@ fn a_robot_is_found_by_its_id_and_flown_to() {
         harness.state().requests().is_empty(),
         "digits typed into a field trigger no shortcuts"
     );
+}
+
+#[test]
+fn a_picture_is_saved_and_a_file_opened_while_the_search_field_has_the_focus() {
+    let mut harness = harness(Fixture::new(5));
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
+    settle(&mut harness);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    settle(&mut harness);
+    let actions = &harness.state().actions;
+    assert!(actions.contains(&Action::WritePicture), "{actions:?}");
+    assert!(actions.contains(&Action::Open), "{actions:?}");
+    press(&mut harness, Key::Questionmark);
+    assert!(harness.query_by_label("this help").is_none(), "signs are typed");
 }
 
 #[test]

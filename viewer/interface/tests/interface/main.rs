@@ -41,7 +41,7 @@ use regatta_plugin::order::StopAction;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::work::WorkFigures;
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Role, StationRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::heat::{Heat, HeatFacts};
@@ -175,7 +175,7 @@ impl Fixture {
             fleet: "test",
             engine: self.engine,
             status: self.status.as_ref(),
-            frame: (self.engine != EngineState::Awaited)
+            frame: (!matches!(self.engine, EngineState::Awaited | EngineState::WarmingUp(_)))
                 .then(|| Frame::new(&self.header, &self.lines).expect("a frame")),
             world: self.world.view(1, 1),
             labels: &self.labels,

@@ -243,3 +243,14 @@ fn the_strip_shows_the_figures_of_the_shown_run_only() {
     harness.run_steps(2);
     assert!(harness.query_by_label("7,654").is_none(), "another run has other figures");
 }
+
+#[test]
+fn the_strip_is_there_before_the_manager_has_published_its_figures() {
+    let mut harness = harness(Fixture::new(5));
+    harness.run_steps(2);
+    assert!(harness.query_by_label("orders an hour").is_none(), "nobody manages this fleet");
+    harness.state_mut().activities = vec![0.0; 5];
+    harness.run_steps(2);
+    assert!(harness.query_by_label("orders an hour").is_some());
+    assert!(harness.query_all_by_label("–").count() >= 6, "nothing is known yet");
+}

@@ -110,6 +110,23 @@ fn selected_robots_are_sent_to_a_node_by_the_manager_if_there_is_one() {
 }
 
 #[test]
+fn the_menu_of_a_station_has_its_name_and_its_nodes_behind_it() {
+    let mut fixture = Fixture::new(5);
+    let [name, level] = ["Storage 01", ""].map(|text| fixture.world.texts.add(text));
+    let station =
+        StationRecord { name, level, role: Role::Pick as u32, ..StationRecord::default() };
+    fixture.world.add_station(station, [0]);
+    fixture.world.nodes[1].role = Role::Charge as u32;
+    let mut harness = harness(fixture);
+    for (node, title) in [(0, "Station Storage 01 (node dock 1)"), (1, "Station charge 8 (node 8)")]
+    {
+        harness.state_mut().interface.open_menu(Some(Item::Node(node)), pos2(600.0, 300.0));
+        settle(&mut harness);
+        harness.get_by_label(title);
+    }
+}
+
+#[test]
 fn recordings_and_the_past_take_no_commands() {
     let mut past = Fixture::new(5);
     past.is_past = true;

@@ -1,9 +1,9 @@
 //! Bars, panels, menus and the help.
 
-use egui::accesskit::Role;
+use egui::accesskit::{Action, Role};
 use egui::{Key, Shape};
 use egui_kittest::Harness;
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::kittest::{NodeT, Queryable, by};
 use regatta_interface::settings::{LeftPanel, RightPanel};
 use regatta_interface::style::{color32, colours};
 use regatta_interface::view_model::Item;
@@ -52,6 +52,32 @@ fn panels_fit_into_windows_of_all_sizes() {
         }
     }
     assert!(controls > 200, "{controls} controls were compared");
+}
+
+#[test]
+fn everything_that_can_be_clicked_has_a_name() {
+    for left in [LeftPanel::Fleet, LeftPanel::Collisions, LeftPanel::Spots, LeftPanel::Log] {
+        for right in [
+            RightPanel::Performance,
+            RightPanel::Selection,
+            RightPanel::View,
+            RightPanel::Connection,
+        ] {
+            let harness = harness([1600.0, 1000.0], 1.0, |interface| {
+                interface.select(Some(Item::Robot(3)));
+                (interface.settings.left, interface.settings.right) = (Some(left), Some(right));
+            });
+            let nameless = by().recursive(true).predicate(|node| {
+                let has_name = node.label().is_some_and(|label| !label.is_empty());
+                node.data().supports_action(Action::Click) && !has_name
+            });
+            let roles: Vec<_> =
+                harness.query_all(nameless).map(|node| node.accesskit_node().role()).collect();
+            // egui's own scroll bars have none.
+            let mut named = roles.iter().filter(|role| **role != Role::ScrollBar);
+            assert_eq!(named.next(), None, "{left:?}, {right:?}: {roles:?}");
+        }
+    }
 }
 
 #[test]

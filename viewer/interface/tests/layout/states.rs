@@ -1,6 +1,7 @@
 //! Windows in which much lies over the picture, or in which texts are long.
 
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use egui::Key;
 use glam::Vec2;
@@ -29,7 +30,8 @@ pub struct State {
     placed: &'static [&'static str],
 }
 
-pub const STATES: [State; 11] = [
+pub const STATES: [State; 12] = [
+    State { name: "warming up", prepare: warming_up, keys: &[], placed: &["warming up"] },
     State {
         name: "plots",
         prepare: plots,
@@ -67,6 +69,10 @@ pub const STATES: [State; 11] = [
     State { name: "work", prepare: work, keys: &[], placed: &["legend", "view cube"] },
     State { name: "help", prepare: minimap, keys: &[Key::F1], placed: &["legend"] },
 ];
+
+fn warming_up(fixture: &mut Fixture) {
+    fixture.engine = EngineState::WarmingUp(Duration::from_secs(86_399));
+}
 
 /// The figures of a fleet at work, with long numbers.
 fn work(fixture: &mut Fixture) {

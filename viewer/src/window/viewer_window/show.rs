@@ -31,6 +31,9 @@ fn file_name(stage: &Stage, fleet: &FleetName, ending: &str) -> String {
 impl ViewerWindow {
     /// Returns the state of the engine.
     pub(super) fn engine_state(&self, now: Instant) -> EngineState {
+        if let Some(driven) = self.stage.feed.warm_up().filter(|_| self.stage.feed.has_producer()) {
+            return EngineState::WarmingUp(driven);
+        }
         let Some(frame) = self.stage.feed.frame() else { return EngineState::Awaited };
         let header = frame.header();
         if header.clock == ClockState::Stopped as u32 || !self.stage.feed.has_producer() {

@@ -82,7 +82,7 @@ fn edges_that_differ_in_anything_but_their_names_stay() {
     assert_eq!(
         fixes,
         [
-            "edge 4 (`again`): removed, it is the same as edge 1",
+            "edge 4 (`again`): removed, it is the same as edge 1; its name `again` is kept",
             "edge 5: removed, it leads from a node to itself"
         ]
     );
@@ -278,9 +278,33 @@ fn gaps_that_a_check_tells_are_closed() {
     assert!(messages[0].contains("0.040 m from node `C`"), "{messages:?}");
     let (graph, fixes) = fixed(&roads("10.04"));
     assert_eq!((graph.nodes().len(), fixes.len()), (3, 1), "{fixes:?}");
-    assert_eq!((told(&roads("10.06")), fixed(&roads("10.06")).1.len()), (Vec::new(), 0));
+    let messages = told(&roads("10.06"));
+    assert!(messages[0].ends_with("joins ends up to 0.05 m apart only"), "{messages:?}");
+    assert_eq!((told(&roads("10.3")), fixed(&roads("10.06")).1.len()), (Vec::new(), 0));
     // A node in the middle of a road is no end.
     let through = "id,x,y\nA,0,0\nB,10,0\nC,20,0\nD,10,0.04\nE,0,9\nF,20,9\n\n\
                    from,to,speed,bidirectional\nA,B,1,yes\nB,C,1,yes\nE,D,1,yes\nD,F,1,yes\n";
     assert_eq!((told(through), fixed(through).1.len()), (Vec::new(), 0));
+}
+
+#[test]
+fn the_name_of_a_removed_edge_is_kept_or_told() {
+    let edge = |id: u32, more: &str| {
+        format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, {EDGE}{more}}}\n")
+    };
+    let text = format!(
+        "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 5, Y: 0, Theta: 0}}\n\
+         Edges:\n{}{}{}",
+        edge(1, ""),
+        edge(2, ", Name: gate"),
+        edge(3, ", Name: hall"),
+    );
+    let (graph, fixes) = fixed(&text);
+    assert_eq!(graph.edges()[0].name(), Some("gate"));
+    let expected = [
+        "edge 2 (`gate`): removed, it is the same as edge 1; its name `gate` is kept",
+        "edge 3 (`hall`): removed, it is the same as edge 1 (`gate`); no edge has the name `hall` \
+         now",
+    ];
+    assert_eq!(fixes, expected);
 }

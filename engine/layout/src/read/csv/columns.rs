@@ -78,8 +78,43 @@ const NAMES: [(Field, &[&str]); 17] = [
     (Field::Y2, &["y2"]),
 ];
 
+/// German names of columns, as those above; the first of those is what they are taken for.
+const GERMAN_NAMES: [(Field, &str, &[&str]); 12] = [
+    (Field::Id, "id", &["knoten", "punkt", "kante", "strecke", "nr", "nummer", "knotennr"]),
+    (Field::X, "x", &["xkoordinate", "xwert", "rechtswert"]),
+    (Field::Y, "y", &["ykoordinate", "ywert", "hochwert"]),
+    (Field::Theta, "theta", &["winkel", "ausrichtung"]),
+    (Field::Name, "name", &["bezeichnung"]),
+    (Field::Level, "level", &["ebene", "etage", "geschoss", "stockwerk"]),
+    (Field::Role, "role", &["rolle"]),
+    (Field::From, "from", &["von", "anfang", "quelle"]),
+    (Field::To, "to", &["nach", "bis", "ziel", "ende"]),
+    (
+        Field::Speed,
+        "speed",
+        &[
+            "geschwindigkeit",
+            "höchstgeschwindigkeit",
+            "hoechstgeschwindigkeit",
+            "maxgeschwindigkeit",
+            "tempo",
+        ],
+    ),
+    (
+        Field::ReverseSpeed,
+        "reverse speed",
+        &["rückwärtsgeschwindigkeit", "rueckwaertsgeschwindigkeit"],
+    ),
+    (
+        Field::Bidirectional,
+        "bidirectional",
+        &["bidirektional", "beiderichtungen", "gegenverkehr", "beidseitig"],
+    ),
+];
+
 /// The endings of the names of the ends of an edge.
-const END_SUFFIXES: [&str; 6] = ["nodeid", "vertexid", "pointid", "node", "vertex", "id"];
+const END_SUFFIXES: [&str; 8] =
+    ["nodeid", "vertexid", "pointid", "node", "vertex", "id", "knoten", "punkt"];
 
 /// A column.
 #[derive(Debug)]
@@ -89,6 +124,8 @@ pub(super) struct Column {
     pub name: String,
     /// The unit, if the header gives one.
     pub unit: Option<Unit>,
+    /// The English name of a column with a German one.
+    pub translated: Option<&'static str>,
 }
 
 /// The columns of a table of nodes or edges.
@@ -138,8 +175,18 @@ impl Column {
             names.contains(&key.as_str())
                 || (matches!(field, Field::From | Field::To) && names.contains(&start))
         });
-        let field = found.map_or(Field::Other, |(field, _)| *field);
-        Self { field, name: name.trim().to_owned(), unit }
+        let german = GERMAN_NAMES.iter().find(|(field, _, names)| {
+            names.contains(&key.as_str())
+                || (matches!(field, Field::From | Field::To) && names.contains(&start))
+        });
+        let german = german.filter(|_| found.is_none());
+        let field = found.map(|(field, _)| *field).or(german.map(|(field, ..)| *field));
+        Self {
+            field: field.unwrap_or(Field::Other),
+            name: name.trim().to_owned(),
+            unit,
+            translated: german.map(|(_, english, _)| *english),
+        }
     }
 }
 

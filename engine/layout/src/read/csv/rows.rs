@@ -2,6 +2,7 @@
 
 use ::csv::StringRecord;
 use glam::DVec2;
+use regatta_base::Decimal;
 
 use super::columns::{Columns, Field, Unit};
 use super::{Place, Reader};
@@ -141,7 +142,10 @@ impl<'a> Row<'a> {
         let text = self.text(field)?;
         let column = self.columns.list.iter().find(|column| column.field == field)?;
         let number: Option<f64> = match self.has_decimal_comma {
-            true => without_thousands(text).replacen(',', ".", 1).parse().ok(),
+            true => Decimal::parse(text).map(|number| {
+                reader.points.add(reader.at(self.place), &column.name, text, number);
+                number.number()
+            }),
             false => text.parse().ok(),
         };
         let number = number.filter(|number| number.is_finite());
@@ -198,29 +202,10 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Whether a cell is a number with a comma before its decimals.
-pub(super) fn is_with_decimal_comma(cell: &str) -> bool {
-    cell.contains(',') && without_thousands(cell).replacen(',', ".", 1).parse::<f64>().is_ok()
-}
-
 /// Whether a number has one to three digits, a point and three digits: thousands, or decimals.
 pub(super) fn is_grouped(number: &str) -> bool {
     let digits = number.trim_start_matches('-');
     digits.split_once('.').is_some_and(|(whole, group)| {
         (1..=3).contains(&whole.len()) && !whole.starts_with('0') && group.len() == 3
     })
-}
-
-/// Returns a number of a table with decimal commas without the points between its thousands.
-fn without_thousands(text: &str) -> String {
-    let (whole, fraction) = match text.split_once(',') {
-        Some((whole, fraction)) => (whole, format!(",{fraction}")),
-        None => (text, String::new()),
-    };
-    let mut groups = whole.split('.');
-    let is_first = groups.next().is_some_and(|group| !group.is_empty());
-    if is_first && groups.all(|group| group.len() == 3) {
-        return whole.replace('.', "") + &fraction;
-    }
-    text.to_owned()
 }

@@ -279,6 +279,42 @@ fn the_ends_of_an_edge_are_found_by_a_name_that_one_node_has() {
     assert!(error.contains("ends at node `Shelf`, a name that several nodes have"), "{error}");
 }
 
+#[test]
+fn ends_that_nearly_meet_are_told() {
+    let told = |x: &str| {
+        let text =
+            format!("id,x,y\nA,0,0\nB,10,0\nC,{x},0\nD,20,0\n\nfrom,to\nA,B\nB,A\nC,D\nD,C\n");
+        messages(&graph(&text).1)
+    };
+    // 10.05 - 10 is a little more than 0.05.
+    for (x, remedy) in
+        [("10.03", "--fix` joins them"), ("10.05", "--fix` joins them"), ("10.12", "up to 0.05 m")]
+    {
+        let told = told(x);
+        assert!(told.contains("no edge joins them") && told.contains(remedy), "{x}: {told}");
+    }
+    assert!(!told("10.3").contains("no edge joins them"));
+}
+
+#[test]
+fn german_headers_are_guessed_and_told() {
+    let text = "Knoten;X;Y;Bezeichnung\n1;0;0;Tor\n2;3,5;0;Lager\n\n\
+                von;nach;Länge;Höchstgeschwindigkeit [km/h];beide Richtungen\n1;2;3,5;3,6;ja\n";
+    let (graph, findings) = graph(text);
+    assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 2));
+    assert_eq!((graph.nodes()[1].name(), graph.edges()[0].speed), (Some("Lager"), 1.0));
+    let told = messages(&findings);
+    for guess in
+        ["`Knoten` as `id`", "`von` as `from`", "`nach` as `to`", "`Bezeichnung` as `name`"]
+    {
+        assert!(told.contains(guess), "{guess}: {told}");
+    }
+    assert!(told.contains("unknown columns of edges are kept as properties: `Länge`"), "{told}");
+    let ends = "Startknoten;Zielknoten\n1;2\n\nNr;X-Koordinate;Y-Koordinate\n1;0;0\n2;5;0\n";
+    assert_eq!(parse(ends, "map.csv", &options()).expect("a graph").0.edges().len(), 1);
+    assert!(!messages(&parse(BOTH, "map.csv", &options()).expect("a graph").1).contains("German"));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 256 }))]
 
@@ -299,4 +335,22 @@ fn points_that_may_separate_thousands_are_told() {
     assert!(!told(&thousands.replace("12.000", "1.5")), "a point of decimals");
     assert!(!told(&thousands.replace("12.000", "1,5")), "read as 2500");
     assert!(!told(&thousands.replace(';', ",")), "a comma separates");
+}
+
+#[test]
+fn points_in_a_file_with_decimal_commas_are_told() {
+    let text = "id;x;y\nA;3,5;0\nB;3.000;0\nC;4.000;0\n\nfrom;to\nA;B\nB;C\nC;A\n";
+    assert_eq!(graph_of(text), [3.5, 3000.0, 4000.0]);
+    let told = messages(&graph(text).1);
+    assert!(told.contains("`x` is `3.000`, which is read as 3000"), "{told}");
+    assert!(told.contains("(2 such numbers)"), "{told}");
+    let zero = text.replace("3.000", "0.500").replace("4.000", "4");
+    assert_eq!(graph_of(&zero), [3.5, 0.5, 4.0]);
+    let told = messages(&graph(&zero).1);
+    assert!(told.contains("`x` is `0.500`, which is read as 0.5"), "{told}");
+    let long = text.replace("3.000", "12345.678").replace("4.000", "4");
+    assert_eq!(graph_of(&long)[1], 12_345.678, "not groups of three digits");
+    let message = error(&text.replace("4.000", "4.5"));
+    assert!(message.contains("`x` is `3.000`, which may be 3000 or 3"), "{message}");
+    assert!(message.contains(":3"), "the row: {message}");
 }

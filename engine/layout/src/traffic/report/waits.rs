@@ -22,14 +22,27 @@ impl Writer<'_> {
         };
         let message = format!(
             "{} {noun} ({}) {let_in} fewer robots in than the roads hold, and robots may wait for \
-             each other there: the numbers in the other lines don't count zones, they are bounds; \
-             let robots stop outside of zones",
+             each other there: the numbers in the other lines are bounds, which don't count zones \
+             unless they say so{}; let robots stop outside of zones",
             zones.len(),
-            listed(zones.len(), zones.iter().map(zone))
+            listed(zones.len(), zones.iter().map(zone)),
+            self.kept_apart()
         );
         let edges: Vec<_> = zones.iter().flat_map(|zone| &zone.edges).copied().collect();
         let nodes: Vec<_> = zones.iter().flat_map(|zone| &zone.nodes).copied().collect();
         Some(Remark::new(Topic::Zone, message).about(&nodes).on(&edges))
+    }
+
+    /// The pairs of nodes at which zones keep two robots from waiting for each other, in words.
+    fn kept_apart(&self) -> String {
+        match self.certificate.rings.kept_apart {
+            0 => String::new(),
+            pairs => format!(
+                "; at {} two robots would wait for each other, if {} let both in",
+                pairs_of_nodes(pairs),
+                if self.certificate.zones.len() == 1 { "it" } else { "they" }
+            ),
+        }
     }
 
     pub fn rings(&self) -> Vec<Remark> {
@@ -54,26 +67,34 @@ impl Writer<'_> {
 
     /// The number of robots that is proved safe, if there is one.
     fn safe(&self) -> Option<Remark> {
-        let robots = match self.certificate.safe_robots() {
-            None => "any number of robots".to_owned(),
-            Some(0) => return None,
-            Some(1) => {
-                let message = "1 robot alone is safe; 2 or more may all wait for each other";
-                return Some(Remark::new(Topic::Ring, message.to_owned()));
+        let on_roads = self.certificate.safe_on_roads();
+        let in_zones = self.certificate.safe_in_zones();
+        let message = match (on_roads, in_zones) {
+            (Some(0), _) => return None,
+            (_, Some(robots)) if on_roads.is_none_or(|on_roads| robots < on_roads) => {
+                safe_with_zones(robots, on_roads)
             }
-            Some(robots) => format!("up to {robots} robots"),
+            (Some(1), _) => {
+                "1 robot alone is safe; 2 or more may all wait for each other".to_owned()
+            }
+            (_, None) => format!("{}: nothing to fix", never_wait(on_roads)),
+            (_, Some(_)) => format!("{}: more may all wait for each other", never_wait(on_roads)),
         };
-        let more = match self.certificate.zones.as_slice() {
-            [] => "nothing to fix",
-            _ => "more may wait at zones",
-        };
-        let message = format!(
-            "{robots} at nodes never all wait for each other, wherever they stand and go: {more}"
-        );
         Some(Remark::new(Topic::Ring, message))
     }
 
     fn ring(&self, ring: &[NodeIndex]) -> Remark {
+        let mut zones = self.certificate.zones.iter();
+        if let Some(guard) = zones.find(|zone| zone.keeps_apart(ring)) {
+            let message = format!(
+                "{} robots at {} would close a ring, but zone {} never lets all of them in: keep \
+                 the zone",
+                ring.len(),
+                self.nodes(ring),
+                zone(guard)
+            );
+            return Remark::new(Topic::Ring, message).about(ring);
+        }
         let message = format!(
             "{} robots at {} close a ring: each waits for the next one; keep one of these nodes \
              free, or add a way out",
@@ -155,6 +176,31 @@ fn other_rings(rings: &Rings) -> Option<Remark> {
         ),
     };
     Some(Remark::new(Topic::Ring, message))
+}
+
+/// Tells how many robots are safe where zones allow fewer than the roads.
+fn safe_with_zones(robots: u32, on_roads: Option<u32>) -> String {
+    let without = match on_roads {
+        None => "any number of robots is safe".to_owned(),
+        Some(on_roads) => format!("it takes {} robots or more", on_roads + 1),
+    };
+    match robots {
+        1 => format!(
+            "1 robot alone is safe with the zones: 2 or more may wait for each other there; \
+             without zones, {without}"
+        ),
+        _ => format!(
+            "{}: more may wait at zones; without zones, {without}",
+            never_wait(Some(robots))
+        ),
+    }
+}
+
+/// Tells that a number of robots, or any number of them, is safe.
+fn never_wait(robots: Option<u32>) -> String {
+    let robots =
+        robots.map_or("any number of robots".to_owned(), |robots| format!("up to {robots} robots"));
+    format!("{robots} at nodes never all wait for each other, wherever they stand and go")
 }
 
 fn pairs_of_nodes(count: usize) -> String {

@@ -151,9 +151,34 @@ fn nothing_is_called_safe_that_a_zone_stops() {
     assert_line(&block, "zone: 1 zone (`Block`: 1 robot) lets fewer robots in", &["bounds"]);
     assert_line(&block, "under-way: at most 3 robots", &["(a bound: zones may allow fewer)"]);
     assert!(!block.iter().any(|line| line.contains("never all wait")), "{block:#?}");
+    let both =
+        ["2 or more may wait for each other there; without zones, it takes 4 robots or more"];
+    assert_line(&block, "ring: 1 robot alone is safe with the zones", &both);
     let block = said("Zones:\n- {Name: Block, Capacity: 2, Edges: [1, 2, 3, 4]}\n");
     assert_line(&block, "ring: up to 2 robots at nodes never all wait", &["more may wait at"]);
     assert!(!block.iter().any(|line| line.contains("nothing to fix")), "{block:#?}");
+}
+
+#[test]
+fn a_ring_that_a_zone_never_lets_close_is_told_as_such() {
+    let said = |zones: &str| lines(&ring_with_zone(zones));
+    let nodes = said("Zones:\n- {Name: Block, Capacity: 3, Nodes: [1, 2, 3, 4]}\n");
+    assert_line(&nodes, "ring: 4 robots at 1, 2, 3, 4 would close a ring", &["`Block`: 3 robots"]);
+    assert!(!nodes.iter().any(|line| line.contains("each waits for")), "{nodes:#?}");
+    let some = said("Zones:\n- {Name: Block, Capacity: 3, Nodes: [1, 2, 3]}\n");
+    assert_line(&some, "ring: 4 robots at 1, 2, 3, 4 close a ring", &[]);
+    assert!(!some.iter().any(|line| line.starts_with("zone")), "all fit: {some:#?}");
+}
+
+#[test]
+fn robots_that_a_zone_keeps_apart_do_not_wait_for_each_other() {
+    let road = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 10, Y: 0, Theta: 0}\n\
+                Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, \
+                VelocityForward: 1, VelocityBackwards: 1}\n";
+    assert_line(&lines(road), "ring: 2 robots may wait for each other at 1 pair", &[]);
+    let zoned = lines(&format!("{road}Zones:\n- {{Name: Z, Capacity: 1, Nodes: [1, 2]}}\n"));
+    assert!(!zoned.iter().any(|line| line.contains("may wait for each other at")), "{zoned:#?}");
+    assert_line(&zoned, "zone: 1 zone (`Z`: 1 robot)", &["at 1 pair of nodes two robots would"]);
 }
 
 #[test]

@@ -163,6 +163,37 @@ fn what_the_format_cannot_say_is_listed() {
 }
 
 #[test]
+fn blocks_keep_the_members_that_were_listed() {
+    let nodes = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 5, Y: 0, Theta: 0}\n\
+                 - {Id: 3, X: 10, Y: 0, Theta: 0}\n- {Id: 4, X: 5, Y: 5, Theta: 0}\n";
+    let edge = |id: u32, from: u32, to: u32| {
+        format!(
+            "- {{Id: {id}, Origin_ID: {from}, Destination_ID: {to}, CurveType: Linear, \
+             VelocityForward: 1}}\n"
+        )
+    };
+    let edges =
+        [edge(1, 1, 2), edge(2, 2, 3), edge(3, 3, 4), edge(4, 4, 1), edge(5, 2, 4)].concat();
+    for listed in ["", ", Nodes: [2]"] {
+        let zone = format!("- {{Name: Z, Rule: same_direction{listed}, Edges: [1, 2]}}\n");
+        let yaml = format!("{nodes}Edges:\n{edges}Zones:\n{zone}");
+        let read = |text: &str, name| {
+            crate::parse(text, name, &crate::ReadOptions::default()).expect("a graph").0
+        };
+        let graph = read(&yaml, "plant.yaml");
+        assert_eq!(graph.zones()[0].nodes, [NodeIndex(1)]);
+        let model = write(&graph).text;
+        let members = model.matches("<member name=").count();
+        assert_eq!(members, if listed.is_empty() { 2 } else { 3 }, "{model}");
+        let again = read(&model, "plant.xml");
+        assert_eq!(again.zones(), graph.zones(), "{listed}");
+        let yaml_again = crate::write::regatta::write(&again).text;
+        let written = format!("Rule: same_direction{listed}, Edges: [1, 2]");
+        assert!(yaml_again.contains(&written), "{yaml_again}");
+    }
+}
+
+#[test]
 fn names_are_unique_and_soon_found() {
     let mut taken = Taken::default();
     let names = ["a", "a (3)", "a", "a", "", "", "a (3)"].map(|name| taken.unique(name.to_owned()));

@@ -83,6 +83,33 @@ pub fn after(time: FileTime, other: FileTime) -> FileTime {
     }
 }
 
+/// Returns the deadline of an order as a time after it: a time of day beside a date is of that day,
+/// or of the next one if it would be before the order; see also [`after`].
+pub fn due_after(deadline: FileTime, order: FileTime) -> FileTime {
+    match on_same_day(deadline, order) {
+        Some(secs) if secs < order.secs() => FileTime::Local(secs + DAY_SECS),
+        Some(secs) => FileTime::Local(secs),
+        None => after(deadline, order),
+    }
+}
+
+/// Returns a time of day beside a date as one of that day, or of the next one if it is more than
+/// half a day before the order.
+pub fn on_day_of(time: FileTime, order: FileTime) -> FileTime {
+    match on_same_day(time, order) {
+        Some(secs) if order.secs() - secs > HALF_DAY_SECS => FileTime::Local(secs + DAY_SECS),
+        Some(secs) => FileTime::Local(secs),
+        None => time,
+    }
+}
+
+/// Returns the seconds since 1970 of a time of day on the day of an order with a date. If that has
+/// a zone, nothing tells whether the time of day has the same.
+fn on_same_day(time: FileTime, order: FileTime) -> Option<f64> {
+    let (FileTime::Clock(secs), FileTime::Local(date)) = (time, order) else { return None };
+    Some((date / DAY_SECS).floor() * DAY_SECS + secs)
+}
+
 impl fmt::Display for FileTime {
     /// Writes the date and the minute.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

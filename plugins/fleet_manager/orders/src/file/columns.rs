@@ -126,7 +126,7 @@ impl Columns {
         }
     }
 
-    fn find(&self, meaning: Meaning) -> Option<usize> {
+    pub(super) fn find(&self, meaning: Meaning) -> Option<usize> {
         self.0.iter().position(|(_, of_column)| *of_column == Some(meaning))
     }
 
@@ -166,6 +166,15 @@ impl Columns {
     ) -> impl Iterator<Item = (&'a str, &'a str)> {
         let cells = self.0.iter().zip(record).filter(|((_, meaning), _)| meaning.is_some());
         cells.map(|((header, _), cell)| (header.as_str(), cell))
+    }
+
+    /// The cells of a row in columns that aren't used.
+    pub(super) fn unused_cells<'a>(
+        &'a self,
+        record: &'a StringRecord,
+    ) -> impl Iterator<Item = &'a str> {
+        let cells = self.0.iter().zip(record);
+        cells.filter(|((_, meaning), _)| meaning.is_none()).map(|(_, cell)| cell)
     }
 
     /// The headers that aren't used.

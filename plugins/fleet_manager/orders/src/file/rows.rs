@@ -13,10 +13,15 @@ pub(super) fn count(row: &[String]) -> usize {
     row.iter().filter(|cell| !cell.is_empty()).count()
 }
 
+/// Returns the row at which the table begins: the first one with two cells, if there is one.
+pub(super) fn header_of(rows: &Rows) -> usize {
+    let header = rows.iter().position(|row| count(row) > 1);
+    header.or_else(|| rows.iter().position(|row| count(row) > 0)).unwrap_or(0)
+}
+
 /// Writes rows of the same width, and an empty line for each row above the table.
 pub(super) fn to_csv(rows: &Rows) -> Result<String, String> {
-    let header = rows.iter().position(|row| count(row) > 1);
-    let header = header.or_else(|| rows.iter().position(|row| count(row) > 0)).unwrap_or(0);
+    let header = header_of(rows);
     let table = &rows[header..];
     let width = table.iter().map(Vec::len).max().unwrap_or(0);
     if table.len() * width > MOST_CELLS {

@@ -9,6 +9,7 @@ use regatta_base::yaml;
 
 use super::clock::{self, FileTime};
 use super::columns::{Columns, Meaning, names};
+use super::points::Points;
 use super::workbook::WITHOUT_VALUE;
 use super::{TimedDraft, csv_stop};
 use crate::draft::{DraftError, Label, MAX_STOPS, OrderDraft, StopDraft, secs};
@@ -44,6 +45,10 @@ pub struct Table {
     pub has_times: bool,
     /// The names of the sheets of a workbook that have cells, too, and aren't read.
     pub unread_sheets: Vec<String>,
+    /// The number of rows that a workbook hides, by a filter or by hand: they are read as all others.
+    pub hidden_rows: usize,
+    /// How numbers with points were read, if other numbers have decimal commas: sentences.
+    pub notes: Vec<String>,
 }
 
 /// A row whose times aren't seconds of simulated time yet.
@@ -60,16 +65,18 @@ impl Row {
         [&mut self.time, &mut self.earliest, &mut self.deadline]
     }
 
-    /// Moves times of day to the next day: all from the line behind a midnight on, and deadlines
-    /// that would be long before the order's time.
+    /// Gives times of day their days: all from the line behind a midnight on are those of the next
+    /// day, as are deadlines that would be long before the order's time; beside an order's date,
+    /// they are times of that day or the next one.
     fn set_days(&mut self, midnight_line: Option<usize>) {
         if midnight_line.is_some_and(|line| self.line >= line) {
             for time in self.times() {
                 *time = time.map(FileTime::next_day);
             }
         }
-        if let (Some(deadline), Some(time)) = (self.deadline, self.time) {
-            self.deadline = Some(clock::after(deadline, time));
+        if let Some(time) = self.time {
+            self.earliest = self.earliest.map(|earliest| clock::on_day_of(earliest, time));
+            self.deadline = self.deadline.map(|deadline| clock::due_after(deadline, time));
         }
     }
 }
@@ -105,14 +112,16 @@ impl Table {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n");
         let mut builder = csv::ReaderBuilder::new();
         builder.comment(Some(b'#')).delimiter(separator(&text));
-        let (mut table, rows) = Self::read(&mut builder, &text)?;
+        let points = Self::points(&mut builder, &text)?;
+        let (mut table, rows) = Self::read(&mut builder, &text, points)?;
         table.add(rows);
         Ok(table)
     }
 
     /// Reads a sheet of a workbook, as [`workbook`](super::workbook) returns it.
     pub(super) fn parse_sheet(text: &str) -> Result<Self, yaml::Error> {
-        let (mut table, mut rows) = Self::read(&mut csv::ReaderBuilder::new(), text)?;
+        let mut builder = csv::ReaderBuilder::new();
+        let (mut table, mut rows) = Self::read(&mut builder, text, Points::default())?;
         if are_dates(&rows) {
             for time in rows.iter_mut().flat_map(Row::times) {
                 *time = time.map(FileTime::from_serial);
@@ -122,8 +131,21 @@ impl Table {
         Ok(table)
     }
 
+    /// Looks at the numbers of all rows.
+    fn points(builder: &mut csv::ReaderBuilder, text: &str) -> Result<Points, yaml::Error> {
+        let mut reader = builder.trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(csv_error)?;
+        let line = line_of(header);
+        let columns = Columns::of(header).map_err(|reason| yaml::Error { line, reason })?;
+        Ok(Points::of(&columns, reader.records().map_while(Result::ok).take(MOST_ROWS)))
+    }
+
     /// Reads the rows that can be read, and finds problems of the others.
-    fn read(builder: &mut csv::ReaderBuilder, text: &str) -> Result<(Self, Vec<Row>), yaml::Error> {
+    fn read(
+        builder: &mut csv::ReaderBuilder,
+        text: &str,
+        mut points: Points,
+    ) -> Result<(Self, Vec<Row>), yaml::Error> {
         builder.trim(csv::Trim::All).flexible(true);
         let mut reader = builder.from_reader(text.as_bytes());
         let header = reader.headers().map_err(csv_error)?;
@@ -133,7 +155,9 @@ impl Table {
         let (mut rows, mut table) = (Vec::new(), Self { columns, ..Self::default() });
         let mut stops = 0;
         for (record, count) in reader.records().zip(1..) {
-            match record.map_err(csv_error).and_then(|record| table.row(&record)) {
+            let record = record.map_err(csv_error);
+            let record = record.and_then(|record| points.without_thousands(&table.columns, record));
+            match record.and_then(|record| table.row(&record)) {
                 Ok(Some(row)) => {
                     stops += row.draft.destinations.len();
                     check_count(row.line, stops, MOST_STOPS, "stops: split the file")?;
@@ -144,6 +168,7 @@ impl Table {
             }
             check_count(count + 1, count, MOST_ROWS, "rows: split the file")?;
         }
+        table.notes = points.notes();
         Ok((table, rows))
     }
 
@@ -358,7 +383,7 @@ fn separator(text: &str) -> u8 {
 }
 
 /// Returns the line of a record, from 1.
-fn line_of(record: &StringRecord) -> usize {
+pub(super) fn line_of(record: &StringRecord) -> usize {
     record.position().map_or(1, |position| position.line() as usize)
 }
 
@@ -431,6 +456,32 @@ mod tests {
             let text: String = times.split(' ').map(|time| format!("A,B,{time}\n")).collect();
             assert_eq!(table(&format!("from,to,time\n{text}")).midnight_line, None, "{times}");
         }
+    }
+
+    #[test]
+    fn a_time_of_day_beside_a_date_is_of_that_day_or_the_next() {
+        let table = table(
+            "from,to,time,notbefore,due\nA,B,2026-11-26 08:00,08:10,09:00\n\
+             A,B,2026-11-26 23:30,,00:15\nA,B,2026-11-27 22:00,06:00,06:30\n\
+             A,B,2026-11-27 10:00,,2026-11-27 11:00\nA,B,2026-11-27 10:00,,600\n",
+        );
+        let times: Vec<_> = table
+            .orders
+            .iter()
+            .map(|order| (order.secs, order.draft.earliest_start, order.draft.deadline))
+            .collect();
+        let hour = 3600.0;
+        let expected = [
+            (0.0, Some(600.0), Some(hour)),
+            (15.5 * hour, None, Some(16.25 * hour)),
+            (38.0 * hour, Some(46.0 * hour), Some(46.5 * hour)),
+            (26.0 * hour, None, Some(27.0 * hour)),
+        ];
+        assert_eq!(times, expected, "{:?}", table.problems);
+        assert_eq!(table.problems.len(), 1, "seconds beside dates");
+        let zone = "from,to,time,due\nA,B,2026-11-26T08:00+01:00,09:00\n";
+        let problem = &Table::parse(zone).expect("a table").problems[0].reason;
+        assert!(problem.contains("`deadline` is a time of day"), "the zone isn't known: {problem}");
     }
 
     #[test]

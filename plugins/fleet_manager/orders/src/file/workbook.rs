@@ -5,6 +5,7 @@ use std::io::Cursor;
 
 use calamine::{DataRef, ExcelDateTime, Reader, SheetType, SheetVisible, Xlsx, XlsxError};
 
+use super::hidden::hidden_rows;
 use super::rows::{self, MOST_COLUMNS, Rows};
 
 const SECS_PER_DAY: f64 = 86_400.0;
@@ -19,30 +20,43 @@ pub(super) struct Sheet {
     pub csv: String,
     /// The names of the other sheets that have cells, too: those behind it, and hidden ones.
     pub others: Vec<String>,
+    /// The number of rows with cells below the header that the sheet hides.
+    pub hidden: usize,
 }
 
 /// Returns the first visible sheet with cells.
 ///
 /// # Errors
 /// The reason if it isn't a workbook, or has no such sheet.
-pub(super) fn sheet_of(bytes: Vec<u8>) -> Result<Sheet, String> {
+pub(super) fn sheet_of(bytes: &[u8]) -> Result<Sheet, String> {
     let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(reason_of)?;
     let sheets = workbook.sheets_metadata().iter();
     let sheets = sheets
         .filter(|sheet| sheet.typ == SheetType::WorkSheet)
         .map(|sheet| (sheet.name.clone(), sheet.visible == SheetVisible::Visible));
-    let (mut csv, mut others) = (None, Vec::new());
+    let (mut csv, mut others, mut hidden) = (None, Vec::new(), 0);
     for (name, is_visible) in sheets.collect::<Vec<_>>() {
         if !has_cells(&mut workbook, &name)? {
             continue;
         }
         match csv {
-            None if is_visible => csv = Some(rows::to_csv(&rows_of(&mut workbook, &name)?)?),
+            None if is_visible => {
+                let rows = rows_of(&mut workbook, &name)?;
+                csv = Some(rows::to_csv(&rows)?);
+                hidden = hidden_orders(&rows, &hidden_rows(bytes, &name));
+            }
             _ => others.push(name),
         }
     }
     let csv = csv.ok_or_else(|| "no visible sheet of the workbook has cells".to_owned())?;
-    Ok(Sheet { csv, others })
+    Ok(Sheet { csv, others, hidden })
+}
+
+/// The number of hidden rows with cells below the header.
+fn hidden_orders(rows: &Rows, hidden: &[usize]) -> usize {
+    let header = rows::header_of(rows);
+    let below = hidden.iter().filter(|row| **row > header).filter_map(|row| rows.get(*row));
+    below.filter(|row| rows::count(row) > 0).count()
 }
 
 fn reason_of(error: XlsxError) -> String {
@@ -50,7 +64,7 @@ fn reason_of(error: XlsxError) -> String {
 }
 
 /// Whether a sheet has a cell that isn't empty: a value or a formula.
-fn has_cells(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<bool, String> {
+fn has_cells(workbook: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<bool, String> {
     let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
     while let Some(cell) = cells.next_cell().map_err(reason_of)? {
         if !text_of(cell.get_value()).is_empty() {
@@ -70,7 +84,7 @@ fn has_cells(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<bool, S
 /// Reads the cells one by one: a sheet with a single cell far away takes little memory for those
 /// between. A formula whose value the file doesn't have is told as the text of its cell: nothing
 /// here can work it out, and as an empty cell it would be lost.
-fn rows_of(workbook: &mut Xlsx<Cursor<Vec<u8>>>, name: &str) -> Result<Rows, String> {
+fn rows_of(workbook: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<Rows, String> {
     let mut rows = Rows::new();
     let mut cells = workbook.worksheet_cells_reader(name).map_err(reason_of)?;
     while let Some(cell) = cells.next_cell().map_err(reason_of)? {
@@ -152,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_workbook_is_read_as_the_same_table() {
-        let sheet = sheet_of(DAY.to_vec()).expect("a workbook");
+        let sheet = sheet_of(DAY).expect("a workbook");
         let table = Table::parse_sheet(&sheet.csv).expect("a table");
         assert!(sheet.others.is_empty(), "{:?}", sheet.others);
         let same = "\n\n\nAuftragsnr.;Quelle;Ziel;Datum;Uhrzeit;Fällig;Menge\n\
@@ -175,7 +189,7 @@ mod tests {
 
     #[test]
     fn what_a_workbook_has_besides_is_told() {
-        let sheet = sheet_of(SHEETS.to_vec()).expect("a workbook");
+        let sheet = sheet_of(SHEETS).expect("a workbook");
         assert_eq!(sheet.others, ["Tuesday"]);
         let table = Table::parse_sheet(&sheet.csv).expect("a table");
         let told = "the column `time` is `=D2+1/24`, a formula without a value: save the file with \
@@ -184,12 +198,22 @@ mod tests {
         assert_eq!(table.orders.len(), 1);
     }
 
+    /// The workbook `DAY`, with the hidden rows 1 and 2 above the table, and 6 and 8 in it.
+    const FILTERED: &[u8] = include_bytes!("../../tests/data/filtered.xlsx");
+
+    #[test]
+    fn hidden_rows_of_the_table_are_counted_and_read() {
+        let [day, filtered] = [DAY, FILTERED].map(|bytes| sheet_of(bytes).expect("a workbook"));
+        assert_eq!((day.hidden, filtered.hidden), (0, 2));
+        assert_eq!(day.csv, filtered.csv);
+    }
+
     #[test]
     fn what_is_no_workbook_is_told() {
-        let reason = sheet_of(b"name,from,to\n".to_vec()).err().expect("CSV");
+        let reason = sheet_of(b"name,from,to\n").err().expect("CSV");
         assert!(reason.contains("save it as .xlsx"), "{reason}");
         for length in (0..DAY.len()).step_by(97) {
-            assert!(sheet_of(DAY[..length].to_vec()).is_err(), "cut off after {length} bytes");
+            assert!(sheet_of(&DAY[..length]).is_err(), "cut off after {length} bytes");
         }
     }
 

@@ -52,9 +52,13 @@ fn an_order_goes_from_stop_to_stop() {
     assert_eq!((pool.handled(2, 61.0), pool.order_of(2)), (Some(Next::Done), None));
     let figures = pool.figures(3600.0);
     assert_eq!((figures.orders.finished, figures.orders_per_hour), (1, 1.0));
-    let recent =
-        [61.0, 600.0, 660.0, 661.0].map(|now| pool.figures(now).recent_orders_per_hour.round());
-    assert_eq!(recent, [59.0, 6.0, 6.0, 0.0], "an order in the last ten minutes, or none");
+    let recent = |pool: &OrderPool, now| pool.figures(now).recent_orders_per_hour.map(f64::round);
+    let rates = [59.9, 61.0, 600.0, 660.0, 661.0].map(|now| recent(&pool, now));
+    let expected = [None, Some(59.0), Some(6.0), Some(6.0), Some(0.0)];
+    assert_eq!(rates, expected, "an order in the last ten minutes, or none");
+    pool.begin_rate(61.0);
+    let rates = [120.0, 121.0].map(|now| recent(&pool, now));
+    assert_eq!(rates, [None, Some(0.0)], "the order was finished in the warm-up");
     assert_eq!((figures.waiting.mean_secs, figures.service.mean_secs), (10.0, 61.0));
     let events: Vec<_> = pool.events().map(|event| event.change).collect();
     assert_eq!(events.len(), 9, "{events:?}");
