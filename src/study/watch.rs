@@ -21,8 +21,60 @@ pub struct Terminal {
     /// The time when the last line was written.
     told: Cell<Instant>,
     finished: Cell<u64>,
+    estimate: RefCell<Estimate>,
     /// The failures of runs that were reported.
     failures: RefCell<BTreeSet<String>>,
+    no_room: RefCell<NoRoom>,
+}
+
+/// The time of the study's end, as it is expected. Each run changes what is expected of later ones:
+/// the shown time follows slowly, so that it doesn't jump.
+#[derive(Default)]
+struct Estimate(Option<Instant>);
+
+/// The part of the way to a new estimate that the shown one goes, while runs of later rounds are
+/// guessed, and in the last round.
+const GUESSED: f64 = 0.2;
+const LAST: f64 = 0.5;
+
+impl Estimate {
+    /// Takes a new estimate of the time that is left, and returns the shown one.
+    fn follow(&mut self, now: Instant, to_go: Duration, is_last_round: bool) -> Duration {
+        let new = now + to_go;
+        let part = if is_last_round { LAST } else { GUESSED };
+        let end = match self.0.map(|end| end.max(now)) {
+            None => new,
+            Some(end) if new > end => end + (new - end).mul_f64(part),
+            Some(end) => end - (end - new).mul_f64(part),
+        };
+        self.0 = Some(end);
+        end - now
+    }
+}
+
+/// The runs of a round in which not all robots found a place: one line tells them all.
+#[derive(Default)]
+struct NoRoom {
+    /// The first of them, and its reason.
+    first: Option<(String, String)>,
+    runs: u64,
+}
+
+impl NoRoom {
+    fn add(&mut self, run: &str, reason: &str) {
+        self.first.get_or_insert_with(|| (run.to_owned(), reason.to_owned()));
+        self.runs += 1;
+    }
+
+    /// Takes the line, if there is anything to tell.
+    fn take(&mut self) -> Option<String> {
+        let Self { first, runs } = std::mem::take(self);
+        let (run, reason) = first?;
+        Some(match runs {
+            1 => format!("{run}: {NOT_ALL_PLACED}: {reason}"),
+            runs => format!("in {runs} runs, {NOT_ALL_PLACED}; {run}: {reason}"),
+        })
+    }
 }
 
 impl Terminal {
@@ -43,7 +95,9 @@ impl Terminal {
             started: now,
             told: Cell::new(now),
             finished: Cell::new(0),
+            estimate: RefCell::default(),
             failures: RefCell::default(),
+            no_room: RefCell::default(),
         }
     }
 
@@ -53,8 +107,7 @@ impl Terminal {
     }
 }
 
-/// Returns the round, its runs, and the estimate of the rest: of the whole study, once something is
-/// known of later rounds.
+/// Returns the round, its runs, and the estimate of the rest of the whole study.
 fn line(progress: &Progress) -> String {
     let Progress { round, runs, done, running, later, to_go, .. } = progress;
     let line = format!("round {round}: {done} of {runs} runs done, {running} running");
@@ -77,6 +130,14 @@ fn minutes(time: Duration) -> String {
 }
 
 impl Terminal {
+    /// Tells of runs in which not all robots found a place.
+    fn tell_no_room(&self) {
+        let line = self.no_room.borrow_mut().take();
+        if let Some(line) = line {
+            self.say(&line);
+        }
+    }
+
     /// Writes a line above the bar.
     fn say(&self, line: &str) {
         match &self.bar {
@@ -93,6 +154,12 @@ impl Watcher for Terminal {
 
     fn progress(&self, progress: &Progress) {
         self.finished.set(progress.finished);
+        self.tell_no_room();
+        let is_last = progress.later == Some(0);
+        let to_go = progress
+            .to_go
+            .map(|to_go| self.estimate.borrow_mut().follow(Instant::now(), to_go, is_last));
+        let progress = &Progress { to_go, ..*progress };
         if let Some(bar) = &self.bar {
             let left = progress.runs - progress.done + progress.later.unwrap_or(0);
             bar.set_length(progress.finished + left as u64);
@@ -106,13 +173,14 @@ impl Watcher for Terminal {
     }
 
     fn fail(&self, run: &str, failure: &RunFailure) {
-        // Many runs mostly fail for the same reason.
-        if self.failures.borrow_mut().insert(failure.to_string()) {
-            let line = match failure {
-                RunFailure::NoRoom(reason) => format!("{run}: {NOT_ALL_PLACED}: {reason}"),
-                RunFailure::Failed(reason) => format!("{run} failed: {reason}"),
-            };
-            self.say(&line);
+        match failure {
+            RunFailure::NoRoom(reason) => self.no_room.borrow_mut().add(run, reason),
+            // Many runs mostly fail for the same reason.
+            RunFailure::Failed(reason) => {
+                if self.failures.borrow_mut().insert(failure.to_string()) {
+                    self.say(&format!("{run} failed: {reason}"));
+                }
+            }
         }
     }
 
@@ -123,8 +191,42 @@ impl Watcher for Terminal {
 
 impl Drop for Terminal {
     fn drop(&mut self) {
+        self.tell_no_room();
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_estimate_goes_without_jumps_to_what_is_expected() {
+        let (mut estimate, start) = (Estimate::default(), Instant::now());
+        let mut minutes = |at: u64, to_go: u64, is_last| {
+            let now = start + Duration::from_secs(60 * at);
+            let to_go = Duration::from_secs(60 * to_go);
+            (estimate.follow(now, to_go, is_last).as_secs_f64() / 60.0).round() as u64
+        };
+        let shown = [(0, 18), (1, 15), (2, 14), (3, 18), (4, 21), (5, 19)]
+            .map(|(at, left)| minutes(at, left, false));
+        assert_eq!(shown, [18, 17, 15, 15, 15, 15]);
+        // The last round is sure of its runs.
+        assert_eq!([6, 7, 8].map(|at| minutes(at, 12 - at, true)), [10, 7, 5]);
+        assert_eq!(minutes(30, 0, true), 0);
+    }
+
+    #[test]
+    fn runs_without_room_are_told_at_once() {
+        let mut no_room = NoRoom::default();
+        assert_eq!(no_room.take(), None);
+        for robots in [64, 128] {
+            no_room.add(&format!("{robots} robots, seed 1"), &format!("48 of {robots} robots fit"));
+        }
+        let line = "in 2 runs, not all found a place; 64 robots, seed 1: 48 of 64 robots fit";
+        assert_eq!(no_room.take().as_deref(), Some(line));
+        assert_eq!(no_room.take(), None);
     }
 }

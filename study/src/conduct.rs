@@ -47,10 +47,10 @@ pub struct Progress {
     pub running: usize,
     /// The number of runs of all rounds that have ended.
     pub finished: u64,
-    /// The number of runs that are expected after this round; `None` as long as nothing is known.
+    /// The number of runs that are expected after this round; `None` if that isn't known.
     pub later: Option<usize>,
-    /// The time to the end of the study, or of the round as long as nothing is known of later ones;
-    /// `None` until a run has ended.
+    /// The time to the end of the study, or of the round if nothing is known of later ones; `None`
+    /// until a run has ended.
     pub to_go: Option<Duration>,
 }
 
@@ -213,8 +213,8 @@ impl<'a> Conductor<'a> {
                 return Ok(curves);
             }
             wanted.sort_by_key(|wanted| (Reverse(wanted.run.0), wanted.run.1));
-            let later = self.later(experiments);
-            self.round(experiments, &wanted, later)?;
+            let later = self.later(experiments).unwrap_or_else(|| self.first_guess(&wanted));
+            self.round(experiments, &wanted, Some(later))?;
         }
     }
 
@@ -236,6 +236,17 @@ impl<'a> Conductor<'a> {
             later.extend(self.runs_of_reliefs(robots));
         }
         Some(later)
+    }
+
+    /// Returns the robots of the runs that are expected after the first round, as long as no run has
+    /// ended: as many as in the first round, and those that try reliefs.
+    fn first_guess(&self, wanted: &[Wanted]) -> Vec<u32> {
+        let mut later: Vec<u32> = wanted.iter().map(|wanted| wanted.run.0).collect();
+        // They are sorted by the number of robots.
+        if let Some(robots) = later.get(later.len() / 2).copied() {
+            later.extend(self.runs_of_reliefs(robots));
+        }
+        later
     }
 
     /// Returns the robots of the runs that are expected to try reliefs, before any has been tried.

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use regatta_plugin::column::COLLISION;
@@ -401,18 +402,7 @@ fn what_processes_killed_at_their_start_leave_is_cleaned_up() {
 fn a_service_that_was_never_finished_holds_nobody_up() {
     use std::os::unix::fs::PermissionsExt;
     let directory = TempDir::new().expect("a folder");
-    let command = |arguments: &[&str]| {
-        let mut command = regatta();
-        command.args(arguments).env(RUNTIME_DIR_VARIABLE, directory.path());
-        Process::start(&mut command)
-    };
-    let start = || {
-        let engine = command(&["engine", "graphs/thirty.yaml", "--fleet", "unfinished"]);
-        eventually("the engine answers", || {
-            command(&["status", "--fleet", "unfinished"]).finish().status.success().then_some(())
-        });
-        engine
-    };
+    let start = || engine_that_answers(directory.path(), "unfinished");
     let engine = start();
     let services = fs::read_dir(directory.path().join("services")).expect("listed");
     let services: Vec<_> = services.map(|entry| entry.expect("listed").path()).collect();
@@ -423,4 +413,82 @@ fn a_service_that_was_never_finished_holds_nobody_up() {
     }
     assert!(start().interrupt().status.success());
     remove_segments(directory.path());
+}
+
+/// The last process that used a service may be killed while it removes it: a file stays behind that
+/// no process has open, without the segment that belongs to it. iceoryx2 would wait for that segment
+/// for ever.
+#[test]
+fn a_service_that_its_last_process_removed_by_half_holds_nobody_up() {
+    let directory = TempDir::new().expect("a folder");
+    let start = || engine_that_answers(directory.path(), "removed-by-half");
+    let engine = start();
+    let copies: Vec<_> = fs::read_dir(directory.path().join("services"))
+        .expect("listed")
+        .map(|entry| entry.expect("listed").path())
+        .map(|path| (fs::read(&path).expect("read"), path))
+        .collect();
+    assert!(engine.interrupt().status.success() && copies.len() > 5);
+    for (text, path) in &copies {
+        write_finished(path, text);
+        age(path);
+    }
+    assert!(start().interrupt().status.success());
+    remove_segments(directory.path());
+}
+
+/// Other processes open the services of a fleet at the moment when it starts, and some of them are
+/// killed while they do so.
+#[test]
+fn a_fleet_starts_while_others_look_at_it() {
+    let directory = TempDir::new().expect("a folder");
+    let command = |arguments: &[&str]| {
+        let mut command = regatta();
+        command.args(arguments).env(RUNTIME_DIR_VARIABLE, directory.path());
+        Process::start(&mut command)
+    };
+    for _ in 0..3 {
+        let is_over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            for patience in [0, 7, 29] {
+                let (command, is_over) = (&command, &is_over);
+                scope.spawn(move || {
+                    while !is_over.load(Ordering::Relaxed) {
+                        let status = command(&["status", "--fleet", "looked-at"]);
+                        if patience == 0 {
+                            status.finish();
+                        } else {
+                            std::thread::sleep(Duration::from_millis(patience));
+                        }
+                    }
+                });
+            }
+            let engine = engine_that_answers(directory.path(), "looked-at");
+            is_over.store(true, Ordering::Relaxed);
+            let output = engine.interrupt();
+            assert!(output.status.success(), "{}", messages(&output.stderr));
+        });
+    }
+    remove_segments(directory.path());
+}
+
+/// Starts an engine with this directory of iceoryx2's files, and waits until it answers.
+fn engine_that_answers(directory: &Path, fleet: &str) -> Process {
+    let command = |arguments: &[&str]| {
+        let mut command = regatta();
+        command.args(arguments).env(RUNTIME_DIR_VARIABLE, directory);
+        Process::start(&mut command)
+    };
+    let engine = command(&["engine", "graphs/thirty.yaml", "--fleet", fleet]);
+    eventually("the engine answers", || {
+        command(&["status", "--fleet", fleet]).finish().status.success().then_some(())
+    });
+    engine
+}
+
+/// Writes the file of a service as its creator leaves it: nobody may write to it.
+fn write_finished(path: &Path, text: &[u8]) {
+    use std::os::unix::fs::PermissionsExt;
+    fs::write(path, text).expect("written");
+    fs::set_permissions(path, fs::Permissions::from_mode(0o400)).expect("set");
 }

@@ -136,7 +136,7 @@ impl HeadlessViewer<'_> {
         if !self.wait_for_fleet()? {
             return Ok(());
         }
-        let alpha = if self.options.counts_traffic() { self.play_to_picture()? } else { 1.0 };
+        let alpha = if self.options.plays_to_picture() { self.play_to_picture()? } else { 1.0 };
         self.wait_for_columns()?;
         self.check_options()?;
         self.wait_for_plans()?;

@@ -14,7 +14,7 @@ use regatta_plugin::{Error, FleetName, Result};
 use regatta_scene::camera::Bounds;
 use regatta_scene::heat::Heat;
 use regatta_scene::palette::{Colouring, Theme};
-use regatta_scene::{Light, MAX_LIGHTS, Scene, Trails};
+use regatta_scene::{Light, MAX_LIGHTS, Scene, TRAIL_INTERVAL, Trails};
 
 use crate::{floor_picture, mesh_file};
 pub use values::MeshOption;
@@ -298,16 +298,21 @@ impl Options {
     }
 
     /// The time at which a recording is paused for a picture, a plan or a film, or
-    /// [`Duration::MAX`] for its start; `None` if it plays. The period of a heat map precedes the
-    /// picture.
+    /// [`Duration::MAX`] for its start; `None` if it plays. The period of a heat map, and the time of
+    /// trails, precede the picture.
     pub fn starts_at(&self) -> Option<Duration> {
         let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
         let time = if self.film.is_some() { self.from } else { self.at };
         let time = stands.then(|| time.map_or(Duration::MAX, Into::into))?;
-        let Some(heat) = self.look.heat else { return Some(time) };
-        match heat.period.length_secs().map(Duration::from_secs) {
-            Some(length) if time != Duration::MAX => Some(time.saturating_sub(length)),
-            _ => Some(Duration::MAX),
+        let trails = TRAIL_INTERVAL * self.look.trails.unwrap_or_default();
+        let heat = match self.look.heat {
+            None => Duration::ZERO,
+            Some(heat) => heat.period.length_secs().map_or(Duration::MAX, Duration::from_secs),
+        };
+        let before = if self.svg.is_some() { heat } else { heat.max(trails) };
+        match time == Duration::MAX || before == Duration::MAX {
+            true => Some(Duration::MAX),
+            false => Some(time.saturating_sub(before)),
         }
     }
 
@@ -340,6 +345,13 @@ impl Options {
         self.recording.is_some() && self.look.heat.is_some() && self.starts_at().is_some()
     }
 
+    /// Whether a recording is played up to the picture: for a heat map, or for trails.
+    pub fn plays_to_picture(&self) -> bool {
+        let has_trails = self.look.trails.is_some_and(|points| points > 0);
+        let leads_to_picture = self.screenshot.is_some() && self.at.is_some() && has_trails;
+        self.counts_traffic() || (self.recording.is_some() && leads_to_picture)
+    }
+
     /// The camera that the options request; a named one is looked up.
     ///
     /// # Errors
@@ -366,5 +378,23 @@ mod tests {
     #[test]
     fn the_command_line_is_well_formed() {
         Options::augment_args(clap::Command::new("viewer")).debug_assert();
+    }
+
+    #[test]
+    fn a_recording_is_played_for_the_time_of_trails() {
+        let options = |args: &[&str]| -> Options {
+            let args = [&["viewer", "run.mcap", "--headless"][..], args].concat();
+            let command = Options::augment_args(clap::Command::new("viewer"));
+            let matches = command.try_get_matches_from(args).expect("options");
+            clap::FromArgMatches::from_arg_matches(&matches).expect("options")
+        };
+        let secs = |args: &[&str]| options(args).starts_at().map(|time| time.as_secs_f64());
+        let picture = ["--screenshot", "x.png", "--at", "123.5s"];
+        let with = |more: &[&str]| secs(&[&picture[..], more].concat());
+        assert_eq!(with(&[]), Some(123.5));
+        assert_eq!(with(&["--trails", "80"]), Some(103.5));
+        assert_eq!(with(&["--trails", "4000"]), Some(0.0), "from the start");
+        assert!(options(&[&picture[..], &["--trails", "80"]].concat()).plays_to_picture());
+        assert!(!options(&picture).plays_to_picture());
     }
 }

@@ -66,8 +66,8 @@ fn robots(sample: &FleetSample) -> RobotCounts {
         broken: sample.count(Activity::Broken),
         faulted: sample.count(Activity::Faulted),
         stalled: sample.count(Activity::Stalled),
-        driving: sample.count(Activity::Driving),
-        turning: sample.count(Activity::Turning),
+        moving: sample.count(Activity::Moving),
+        rotating: sample.count(Activity::Rotating),
         all: sample.robots(),
     }
 }

@@ -98,7 +98,7 @@ fn layout(view: &View) -> Value {
     panels.insert(VIEW.to_owned(), view_panel(view));
     let orders = ["work.orders_per_hour", "work.open", "work.finished"];
     panels.insert(ORDERS.to_owned(), plot("Orders", &orders));
-    let robots = ["robots.driving", "robots.waiting", "robots.idle", "contacts.touching"];
+    let robots = ["robots.moving", "robots.waiting", "robots.idle", "contacts.touching"];
     panels.insert(ROBOTS.to_owned(), plot("Robots", &robots));
     let clock = ["real_time_factor", "work.waiting", "mean_speed", "late_ticks"];
     panels.insert(CLOCK.to_owned(), plot("Clock, waiting, speed", &clock));

@@ -40,15 +40,13 @@ pub enum EdgeError {
 }
 
 /// Returns the id of an edge, given by its id, else by its name, else by the nodes at its ends as
-/// `FROM..TO`, each by id or name.
+/// `FROM..TO`, each by id or name, else by `e12`, as the search of the window takes it.
 ///
 /// # Errors
 /// See [`EdgeError`].
 pub fn find_edge(world: &World<'_>, edge: &str) -> Result<u32, EdgeError> {
     let edge = edge.trim();
-    if let Ok(id) = edge.parse()
-        && world.edges().iter().any(|other| other.id == id)
-    {
+    if let Some(id) = find_id(world, edge) {
         return Ok(id);
     }
     let named = world.edges().iter().filter(|other| world.text(other.name) == edge);
@@ -56,7 +54,10 @@ pub fn find_edge(world: &World<'_>, edge: &str) -> Result<u32, EdgeError> {
     match (only(edge, &named)?, edge.split_once(BETWEEN_NODES)) {
         (Some(id), _) => Ok(id),
         (None, Some((from, to))) => between(world, edge, [from.trim(), to.trim()]),
-        (None, None) => Err(EdgeError::Unknown(edge.to_owned())),
+        (None, None) => {
+            let lettered = edge.strip_prefix('e').and_then(|id| find_id(world, id));
+            lettered.ok_or_else(|| EdgeError::Unknown(edge.to_owned()))
+        }
     }
 }
 
@@ -70,6 +71,11 @@ pub fn find_leg(world: &World<'_>, leg: &str) -> Result<RouteLeg, EdgeError> {
         Some(edge) if forward.is_err() => find_edge(world, edge).map(RouteLeg::reverse),
         _ => forward.map(RouteLeg::forward),
     }
+}
+
+fn find_id(world: &World<'_>, id: &str) -> Option<u32> {
+    let id = id.parse().ok()?;
+    world.edges().iter().any(|edge| edge.id == id).then_some(id)
 }
 
 /// Returns the edge from a node to another one.
@@ -128,6 +134,7 @@ mod tests {
         let world = world(&edges);
         let world = world.view(1, 1);
         let edge = |text| find_edge(&world, text).map_err(|error| error.to_string());
+        assert_eq!((edge("e101"), edge("n10..n11")), (Ok(101), Ok(100)), "as the search has them");
         for text in ["100", "A --- B", "A..B", "10..11", " A .. 11 "] {
             assert_eq!(edge(text), Ok(100), "{text}");
         }

@@ -96,13 +96,11 @@ pub fn way_to(
 }
 
 /// Returns the index of a node, by id or else by name; by the name of a station there if no node
-/// has it.
+/// has it; or else by `n12`, as the search of the window takes it.
 ///
 /// # Errors
 /// [`WayError::UnknownNode`] or [`WayError::AmbiguousNode`].
 pub fn find_node(world: &World<'_>, node: &str) -> Result<usize, WayError> {
-    let by_id =
-        node.parse::<u32>().ok().and_then(|id| world.nodes().iter().position(|node| node.id == id));
     let mut named: Vec<usize> = (0..)
         .zip(world.nodes())
         .filter(|(_, other)| !node.is_empty() && world.text(other.name) == node)
@@ -114,11 +112,19 @@ pub fn find_node(world: &World<'_>, node: &str) -> Result<usize, WayError> {
         named = others.map(|other| other.node as usize).collect();
         named.dedup();
     }
-    match (by_id, &named[..]) {
+    match (find_id(world, node), &named[..]) {
         (Some(index), _) | (None, &[index]) => Ok(index),
-        (None, []) => Err(WayError::UnknownNode(node.to_owned())),
+        (None, []) => {
+            let lettered = node.strip_prefix('n').and_then(|id| find_id(world, id));
+            lettered.ok_or_else(|| WayError::UnknownNode(node.to_owned()))
+        }
         (None, _) => Err(WayError::AmbiguousNode(node.to_owned())),
     }
+}
+
+fn find_id(world: &World<'_>, id: &str) -> Option<usize> {
+    let id = id.parse::<u32>().ok()?;
+    world.nodes().iter().position(|node| node.id == id)
 }
 
 /// Returns the node from which a new route of a robot starts.

@@ -288,9 +288,9 @@ class Activity(IntEnum):
     """It can't continue; an event gave the reason."""
     STALLED = 10
     """It has stopped for a while of its own."""
-    DRIVING = 11
+    MOVING = 11
     """It drives, without an order."""
-    TURNING = 12
+    ROTATING = 12
     """It turns on the spot, without an order."""
 
     @property

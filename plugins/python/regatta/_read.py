@@ -73,7 +73,7 @@ class Recording(Frames):
         ``regatta export``: ``time_s`` (of the recording's clock), ``run`` (from 0), ``tick``, ``sim_time_s``, ``robot``, ``x_m``, ``y_m``, ``theta_rad``,
         ``speed_m_per_s``, ``s_m``, ``edge`` (its id in the route graph; missing if the robot is on none), ``state``
         (a category), and those that were recorded of ``activity`` (a category), ``battery``, ``collision``, ``goal``, ``type`` and
-        ``waits_for`` (``waits-for`` in exports).
+        ``waits_for``.
 
         ``every`` is a period of simulated time, in seconds: 1.0 takes the first frame of each second. Without it, all
         frames are taken. They are read one after the other, so that only the table takes memory.

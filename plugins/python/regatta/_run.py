@@ -82,7 +82,7 @@ def run(
         with regatta.run("graphs/warehouse-charging.yaml", robots=20) as run:
             frame = run.step(60)
             run.fleet.send(3, "Dock 1")
-            print(frame.to_pandas().groupby("state", observed=True).speed_m_per_s.mean(), run.work)
+            print(frame.to_pandas().groupby("activity", observed=True).speed_m_per_s.mean(), run.work)
 
     ``robots`` and ``seed`` replace those of the scenario. ``trust`` allows its plugins the files and addresses that it
     names.

@@ -268,7 +268,7 @@ mod tests {
                 position: DVec2::new(time, (time / 3.0).sin()),
                 theta: theta(time),
                 speed: 1.0,
-                activity: Some(Activity::Driving),
+                activity: Some(Activity::Moving),
             }
         };
         (0..100).map(sample).collect()

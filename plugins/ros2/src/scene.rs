@@ -316,7 +316,7 @@ fn body(kind: &RobotTypeRecord) -> Marker {
         r#type: kind_of_marker,
         pose,
         scale: Vector3 { x: length, y: width, z: width / 2.0 },
-        color: colour_of(Activity::Driving.rgb(Ground::Dark)),
+        color: colour_of(Activity::Moving.rgb(Ground::Dark)),
         frame_locked: true,
         ..Marker::default()
     }

@@ -16,7 +16,11 @@ const FEWER: f64 = 0.8;
 /// The largest number of numbers of robots that a sentence lists.
 const MOST_LISTED: usize = 4;
 
-/// The answer for a variant, in one sentence or two.
+/// The beginning of an answer without a number of robots.
+const UNKNOWN: &str = "the number of robots that the plant holds isn't known";
+
+/// The answer for a variant, in one sentence or two. The first is whole: it stands alone on the
+/// terminal.
 pub(super) fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     let name = prefix(variant);
     match (&variant.least, &variant.knee) {
@@ -42,7 +46,7 @@ fn without_knee(variant: &VariantAnswer, minutes: f64) -> String {
     }
     match least_stalled(variant) {
         Some(point) => format!(
-            "not known. {}{} No number of robots that was tried is an answer.",
+            "{UNKNOWN}. {}{} No number of robots that was tried is an answer.",
             without_orders(variant, point.robots),
             without_count(point, minutes)
         ),
@@ -60,7 +64,7 @@ fn without_figures(variant: &VariantAnswer, minutes: f64) -> String {
             false => "The findings below show what stopped the robots.",
         };
         return format!(
-            "not known: {finished} orders were finished at the beginning of the runs, and none \
+            "{UNKNOWN}: {finished} orders were finished at the beginning of the runs, and none \
              later. {reason}"
         );
     }
@@ -121,12 +125,12 @@ fn of_knee(answer: &Answer, variant: &VariantAnswer, knee: &KneeAnswer) -> Strin
     let count = robots_in_words(knee.robots);
     let carries = if knee.robots == 1 { "carries" } else { "carry" };
     if let Some(reason) = unknown(variant, knee) {
-        return format!("not known: {reason}");
+        return format!("{UNKNOWN}: {reason}");
     }
     let throughput = format!("{carries} {} orders an hour", with_interval(&knee.orders_per_hour));
     let mut text = match knee.is_open {
         true => of_open_end(variant, &count, &throughput, knee),
-        false => format!("{count}, which {throughput}."),
+        false => format!("the plant holds {count}, which {throughput}."),
     };
     text.extend(missing_types(variant));
     text.extend(larger(answer, variant, knee));
@@ -401,8 +405,8 @@ fn of_open_end(
             format!("{count} {throughput}. All runs with other numbers of robots failed.")
         }
         _ => format!(
-            "at least {count}: the largest number tried, and the one that carries the most, {orders} \
-             orders an hour."
+            "the plant holds at least {count}, the largest number tried and the one that carries the \
+             most: {orders} orders an hour."
         ),
     }
 }
@@ -410,8 +414,10 @@ fn of_open_end(
 /// The answer if a larger number can't be tried. `untried` tells the numbers between the two.
 fn limited(count: &str, throughput: &str, reason: &str, untried: Option<String>) -> String {
     match untried {
-        None => format!("{count}, which {throughput}. {reason}."),
-        Some(untried) => format!("at least {count}, which {throughput}. {reason}; {untried}."),
+        None => format!("the plant holds {count}, which {throughput}. {reason}."),
+        Some(untried) => {
+            format!("the plant holds at least {count}, which {throughput}. {reason}; {untried}.")
+        }
     }
 }
 

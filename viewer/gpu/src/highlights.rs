@@ -1,7 +1,7 @@
 //! Trails behind robots, and halos (rings) around the selected ones.
 
 use bytemuck::{Pod, Zeroable};
-use regatta_scene::{MAX_SELECTED, Scene, Trails};
+use regatta_scene::{MAX_SELECTED, Scene, TRAIL_INTERVAL, Trails};
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, RenderPass,
     RenderPipeline, ShaderStages,
@@ -16,7 +16,7 @@ use super::pipeline::{
 use super::resources::buffer;
 
 /// The simulated time between two points of a trail, in nanoseconds.
-const INTERVAL_NANOS: u64 = 250_000_000;
+const INTERVAL_NANOS: u64 = TRAIL_INTERVAL.as_nanos() as u64;
 
 /// The shaders' `RingBuffer`.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]

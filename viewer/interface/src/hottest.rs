@@ -1,5 +1,4 @@
-//! The labels of the hottest places of a heat map: their ranks, names and values, each beside its
-//! place or, where others are in the way, at the end of a line to it.
+//! The labels of the hottest places of a heat map: their names and values, each beside its place or, where others are in the way, at the end of a line to it.
 
 use core::f32::consts::TAU;
 
@@ -9,7 +8,7 @@ use regatta_scene::camera::Camera;
 use regatta_scene::curves::midpoint;
 use regatta_scene::heat::{Figure, HotEdge, LABELLED};
 use regatta_scene::is_on_level;
-use regatta_scene::names::edge_name;
+use regatta_scene::names::titled_edge;
 use regatta_scene::palette::Theme;
 
 use super::levels::PictureArea;
@@ -111,11 +110,11 @@ impl Hottest<'_> {
             let edge = self.world.edges().get(hot.edge as usize)?;
             is_on_level(self.world, edge.level, self.level).then_some((hot, edge))
         });
-        let labels = (1..).zip(edges.take(LABELLED)).filter_map(|(rank, (hot, edge))| {
+        let labels = edges.take(LABELLED).filter_map(|(hot, edge)| {
             let place = (midpoint(self.world, edge)? + self.offset).extend(0.0);
             let at = area.place(self.camera, place).filter(|at| clip.contains(*at))?;
-            let name = edge_name(self.world, edge);
-            Some(Label { text: format!("{rank}  {name}  {}", value(self.figure, hot)), at })
+            let name = titled_edge(self.world, edge);
+            Some(Label { text: format!("{name} · {}", value(self.figure, hot)), at })
         });
         labels.collect()
     }

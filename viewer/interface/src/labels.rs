@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashSet};
 
-use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
+use egui::{Align, Align2, Context, FontId, LayerId, Pos2, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::World;
 use regatta_scene::camera::{Bounds, Camera};
@@ -23,6 +23,8 @@ use super::style;
 const NEAR: f32 = 32.0;
 /// The size of the letters of names, in points.
 const NAME: f32 = 11.0;
+/// The part of the scale at which a name has room on one side from which on it is tried.
+const EARLIER: f32 = 0.5;
 /// The size of the digits of ids, in points.
 const ID: f32 = 9.5;
 /// The largest number of labels in a picture.
@@ -51,6 +53,43 @@ enum Kind {
     /// A station, a door or a lift.
     Station,
 }
+
+impl Kind {
+    /// The places of a label beside what has it, at `at`: the first one with room is taken. They are
+    /// right and left of the badge, of the node, or of the arrow in the middle of the edge; a name of
+    /// a station may also lie below, or in the middle above or below it.
+    fn sides(self, at: Pos2, size: egui::Vec2) -> Vec<Rect> {
+        let (gap, down, anchors) = match self {
+            Self::Station => (14.0, 10.0, &STATION_SIDES[..]),
+            Self::Node => (5.0, 5.0, &[Align2::LEFT_BOTTOM, Align2::RIGHT_BOTTOM][..]),
+            Self::Edge => (6.0, 6.0, &[Align2::LEFT_TOP, Align2::RIGHT_TOP][..]),
+        };
+        let beside = |anchor: &Align2| {
+            let x = -anchor.x().to_sign() * gap;
+            let y = match anchor.y() {
+                // In the middle, the badge lies between.
+                Align::Min if x == 0.0 => gap,
+                Align::Max if x == 0.0 => -gap,
+                y => -y.to_sign() * down,
+            };
+            anchor.anchor_size(at + egui::vec2(x, y), size)
+        };
+        anchors.iter().map(beside).collect()
+    }
+}
+
+/// The sides of a station on which its name may lie, by the corner or side of the name that is
+/// nearest to it; the best first.
+const STATION_SIDES: [Align2; 8] = [
+    Align2::LEFT_BOTTOM,
+    Align2::LEFT_TOP,
+    Align2::RIGHT_BOTTOM,
+    Align2::RIGHT_TOP,
+    Align2::LEFT_CENTER,
+    Align2::RIGHT_CENTER,
+    Align2::CENTER_BOTTOM,
+    Align2::CENTER_TOP,
+];
 
 /// The picture over which labels are drawn.
 #[derive(Clone, Copy, Debug)]
@@ -111,7 +150,9 @@ impl Labels {
     pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
         let mut bands: Vec<Band> = Vec::new();
         for Name { text, place, scale } in names(world, level) {
-            let points_per_metre = (scale * NAME).min(NEAR);
+            // Names have room on several sides: they are tried earlier than at the scale at which
+            // all have room on the same side.
+            let points_per_metre = (scale * NAME * EARLIER).min(NEAR);
             if bands.last().is_none_or(|band| band.points_per_metre < points_per_metre) {
                 bands.push(Band { points_per_metre, labels: Vec::new() });
             }
@@ -146,27 +187,18 @@ impl Labels {
                 }
                 _ => (colours.text, FontId::proportional(NAME)),
             };
-            // Right of the badge, of the node, or of the arrow in the middle of the edge.
-            let (anchor, gap, down) = match label.kind {
-                Kind::Station => (Align2::LEFT_BOTTOM, 14.0, -10.0),
-                Kind::Node => (Align2::LEFT_BOTTOM, 5.0, -5.0),
-                Kind::Edge => (Align2::LEFT_TOP, 6.0, 6.0),
-            };
-            let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
             let galley = painter.layout_no_wrap(label.text(), font, colour);
-            let mut text = anchor.anchor_size(at, galley.size());
-            if text.right() > clip.right() {
-                // To the left of its place, where all of it is in sight.
-                text = text.translate(egui::vec2(-text.width() - 2.0 * gap, 0.0));
-            }
-            let covers_robot = robots.iter().any(|spot| {
-                let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
-                text.distance_sq_to_pos(middle) < spot.radius * spot.radius
-            });
-            let has_room = clip.contains_rect(text) && placement.is_clear(text);
-            if covers_robot || !has_room || drawn.iter().any(|other| other.intersects(text)) {
-                continue;
-            }
+            let at = picture.min + egui::vec2(at.x, at.y);
+            let has_room = |text: &Rect| {
+                let covers_robot = robots.iter().any(|spot| {
+                    let middle = picture.min + egui::vec2(spot.at.x, spot.at.y);
+                    text.distance_sq_to_pos(middle) < spot.radius * spot.radius
+                });
+                let is_clear = clip.contains_rect(*text) && placement.is_clear(*text);
+                is_clear && !covers_robot && !drawn.iter().any(|other| other.intersects(*text))
+            };
+            let sides = label.kind.sides(at, galley.size());
+            let Some(text) = sides.into_iter().find(has_room) else { continue };
             drawn.push(text);
             painter.rect_filled(
                 text.expand2(egui::vec2(3.0, 0.0)),
@@ -220,6 +252,11 @@ impl Labels {
         let mut taken = HashSet::new();
         let mut visible = Vec::new();
         for Found { label, at, .. } in near {
+            // Of several sides, one may have room: that is seen when it is drawn.
+            if label.kind == Kind::Station {
+                visible.push((label, at));
+                continue;
+            }
             let (cell, cells) = ((at / CELL).floor().as_ivec2(), label.cells());
             if (-1..=cells).all(|step| !taken.contains(&(cell.x + step, cell.y))) {
                 taken.extend((0..cells).map(|step| (cell.x + step, cell.y)));

@@ -8,8 +8,10 @@ use egui::{
     WidgetInfo, pos2,
 };
 use glam::Vec2;
+use regatta_plugin::World;
 use regatta_plugin::control::{ControlKind, ControlRequest};
 use regatta_scene::curves::midpoint;
+use regatta_scene::names::edge_name;
 
 use super::context::{PanelContext, Request};
 use super::style::{self, ThemeColours, one_line};
@@ -135,14 +137,14 @@ impl LogPanel {
                     ui.horizontal(|ui| {
                         if !alarm.is_acknowledged
                             && !is_recording
-                            && acknowledge_button(ui, *key).clicked()
+                            && acknowledge_button(ui, &context.model.world, *key).clicked()
                         {
                             acknowledged = Some(Some(*key));
                         }
                         ui.style_mut().wrap_mode = Some(TextWrapMode::Wrap);
                         if ui
                             .link(
-                                RichText::new(alarm_text(alarm))
+                                RichText::new(alarm_text(&context.model.world, alarm))
                                     .color(alarm_colour(alarm, &colours)),
                             )
                             .clicked()
@@ -202,7 +204,7 @@ fn copy<'a>(
     let count = entries.len() as u64;
     let lines = entries.map(|(entry, more)| {
         let time = clock_text(entry.time_nanos as f64 / 1e9);
-        format!("{time}\t{}\n", row_text(entry, more))
+        format!("{time}\t{}\n", row_text(&context.model.world, entry, more))
     });
     ui.ctx().copy_text(lines.collect());
     let noun = if count == 1 { "entry" } else { "entries" };
@@ -225,7 +227,7 @@ fn list_entries<'a>(
     let mut clicked = None;
     list.show(ui, "log", &colours, count, |ui, rect, row| {
         let (entry, more) = entry(row);
-        let text = row_text(entry, more);
+        let text = row_text(&context.model.world, entry, more);
         let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
         let time = clock_text(entry.time_nanos as f64 / 1e9);
         let response =
@@ -241,11 +243,25 @@ fn list_entries<'a>(
 }
 
 /// The text of a row: that of its entry, and how many like it the row stands for.
-fn row_text(entry: &Entry, more: u32) -> String {
+fn row_text(world: &World<'_>, entry: &Entry, more: u32) -> String {
+    let text = text_of(world, entry);
     match more {
-        0 => entry.text.clone(),
-        more => format!("{}, and {} more like it", entry.text, thousands(more.into())),
+        0 => text,
+        more => format!("{text}, and {} more like it", thousands(more.into())),
     }
+}
+
+/// The text of an entry, in which an edge has its name, as everywhere else. The collector of the log
+/// knows its id alone.
+fn text_of(world: &World<'_>, entry: &Entry) -> String {
+    let Place::Edge(id) = entry.place else { return entry.text.clone() };
+    entry.text.replacen(&format!("edge {id}"), &format!("edge {}", named_edge(world, id)), 1)
+}
+
+/// The name of an edge by its id, or else the id.
+fn named_edge(world: &World<'_>, id: u32) -> String {
+    let edge = world.edges().iter().find(|edge| edge.id == id);
+    edge.map_or_else(|| id.to_string(), |edge| edge_name(world, edge))
 }
 
 /// Selects the subject of an entry, and flies there.
@@ -275,19 +291,19 @@ fn name_of(kind: Option<Kind>) -> &'static str {
     kind.map_or("everything", Kind::name)
 }
 
-fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {
+fn acknowledge_button(ui: &mut Ui, world: &World<'_>, key: AlarmKey) -> egui::Response {
     let response = ui.small_button("OK").on_hover_text("Acknowledge");
-    let name = format!("acknowledge {}", subject_of(key));
+    let name = format!("acknowledge {}", subject_of(world, key));
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     response
 }
 
 /// The subject of an alarm, in words.
-fn subject_of(key: AlarmKey) -> String {
+fn subject_of(world: &World<'_>, key: AlarmKey) -> String {
     match key {
         AlarmKey::Robot(robot) => format!("robot {robot}"),
         AlarmKey::Contact([one, other]) => format!("robots {one} and {other}"),
-        AlarmKey::Edge(edge) => format!("edge {edge}"),
+        AlarmKey::Edge(edge) => format!("edge {}", named_edge(world, edge)),
         AlarmKey::Standstill => "the standstill".to_owned(),
         AlarmKey::Manager => "the fleet manager".to_owned(),
     }
@@ -300,10 +316,10 @@ fn count_text(alarms: usize) -> String {
     }
 }
 
-fn alarm_text(alarm: &Alarm) -> String {
+fn alarm_text(world: &World<'_>, alarm: &Alarm) -> String {
     let time = clock_text(alarm.entry.time_nanos as f64 / 1e9);
     let over = if alarm.is_active { "" } else { " (over)" };
-    style::unbroken(&format!("{time} {}{over}", alarm.entry.text))
+    style::unbroken(&format!("{time} {}{over}", text_of(world, &alarm.entry)))
 }
 
 fn alarm_colour(alarm: &Alarm, colours: &ThemeColours) -> egui::Color32 {
@@ -336,4 +352,38 @@ fn paint(
     let place = Align2::LEFT_CENTER.anchor_size(pos2(left, rect.center().y), text.size());
     painter.galley(place.min, Arc::clone(&text), colours.text);
     text.elided
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
+
+    use super::*;
+
+    #[test]
+    fn entries_have_the_names_of_edges() {
+        let mut world = WorldData::default();
+        let name = world.texts.add("A --- B");
+        for (id, name) in [(12, name), (13, Default::default())] {
+            let edge = EdgeRecord { id, name, ..EdgeRecord::default() };
+            world.add_edge(edge, [CurveRecord::default()]);
+        }
+        let world = world.view(1, 1);
+        let text = |id| {
+            let entry = Entry {
+                time_nanos: 0,
+                kind: Kind::Edge,
+                severity: Severity::Warning,
+                robot: None,
+                place: Place::Edge(id),
+                text: format!("edge {id} closed"),
+            };
+            row_text(&world, &entry, 0)
+        };
+        assert_eq!(
+            [12, 13, 14].map(text),
+            ["edge A --- B closed", "edge 13 closed", "edge 14 closed"]
+        );
+        assert_eq!(subject_of(&world, AlarmKey::Edge(12)), "edge A --- B");
+    }
 }

@@ -101,13 +101,16 @@ impl Interface {
                 measuring.draw(context, ctx, area);
             }
             self.spots.draw_mark(context, ctx, area);
-            self.elements(context, ctx, area, &mut placement);
-            self.robot_ids(context, ctx, area, (&spots, &placement));
-            if let Some(hottest) = self.hottest(context) {
-                hottest.draw(ctx, area, &mut placement);
-            }
-            if self.settings.ids {
-                self.ids(context, ctx, area, (&spots, &placement));
+            // The help lies over the middle, and would cover halves of them.
+            if !self.help.is_open {
+                self.elements(context, ctx, area, &mut placement);
+                self.robot_ids(context, ctx, area, (&spots, &placement));
+                if let Some(hottest) = self.hottest(context) {
+                    hottest.draw(ctx, area, &mut placement);
+                }
+                if self.settings.ids {
+                    self.ids(context, ctx, area, (&spots, &placement));
+                }
             }
         }
         self.last.placement = placement;

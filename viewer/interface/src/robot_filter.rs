@@ -267,7 +267,7 @@ mod tests {
         let doing = |activity| Filter { activity: Some(activity), ..all.clone() };
         assert_eq!(ids(doing(Activity::Held)), [33], "it can't move, whatever it was told to do");
         assert_eq!(ids(doing(Activity::Carrying)), [32], "the word of the list, not the state");
-        assert_eq!(ids(doing(Activity::Driving)).len(), 37);
+        assert_eq!(ids(doing(Activity::Moving)).len(), 37);
         assert_eq!(ids(Filter { order: OrderFilter::Some, ..all.clone() }), [36]);
         assert!(ids(Filter { order: OrderFilter::Number(8), ..all.clone() }).is_empty());
         assert_eq!(ids(Filter { order: OrderFilter::None, ..all.clone() }).len(), 38);

@@ -4,6 +4,7 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Ui};
 use regatta_plugin::World;
+use regatta_scene::stations::{is_station, served};
 
 use super::context::{PanelContext, Request};
 use super::style;
@@ -22,20 +23,21 @@ pub(super) enum Found {
     Order(u64),
 }
 
-/// Finds a place by `n12` or `e12`, as labels have it, or by the name of a node, a station or an
-/// edge, and an order by `o12`.
+/// Finds a place by `n12` or `e12`, as commands do, or by the name of a node, a station or an edge,
+/// and an order by `o12`. Whole words stand for the letters: `node 12`.
 pub(super) fn find(world: &World<'_>, text: &str) -> Option<Found> {
     let text = text.trim();
     by_number(world, text).or_else(|| by_name(world, text).map(Found::Place))
 }
 
 fn by_number(world: &World<'_>, text: &str) -> Option<Found> {
-    let (kind, number) = text.split_at_checked(1)?;
+    let digits = text.find(|letter: char| letter.is_ascii_digit())?;
+    let (kind, number) = text.split_at(digits);
     let number: u64 = number.parse().ok()?;
-    match kind {
-        "n" => index(world.nodes().iter().map(|node| node.id), number).map(Item::Node),
-        "e" => index(world.edges().iter().map(|edge| edge.id), number).map(Item::Edge),
-        "o" => return Some(Found::Order(number)),
+    match kind.trim_end() {
+        "n" | "node" => index(world.nodes().iter().map(|node| node.id), number).map(Item::Node),
+        "e" | "edge" => index(world.edges().iter().map(|edge| edge.id), number).map(Item::Edge),
+        "o" | "order" => return Some(Found::Order(number)),
         _ => None,
     }
     .map(Found::Place)
@@ -65,6 +67,7 @@ enum Fit {
 #[derive(Clone, Debug)]
 struct NamedPlace {
     item: Item,
+    kind: &'static str,
     name: String,
     fit: Fit,
 }
@@ -76,10 +79,16 @@ fn places(world: &World<'_>, text: &str) -> Vec<NamedPlace> {
     if wanted.is_empty() {
         return Vec::new();
     }
-    let nodes = (0..).zip(world.nodes()).map(|(index, node)| (Item::Node(index), node.name));
-    let stations = world.other_names().iter().map(|other| (Item::Node(other.node), other.name));
-    let edges = (0..).zip(world.edges()).map(|(index, edge)| (Item::Edge(index), edge.name));
-    let named = nodes.chain(stations).chain(edges).filter_map(|(item, name)| {
+    let served = served(world);
+    let nodes = (0..).zip(world.nodes()).map(|(index, node)| {
+        let kind = if is_station(node, index, &served) { "station" } else { "node" };
+        (Item::Node(index), kind, node.name)
+    });
+    let stations = world.other_names().iter();
+    let stations = stations.map(|other| (Item::Node(other.node), "station", other.name));
+    let edges = (0..).zip(world.edges());
+    let edges = edges.map(|(index, edge)| (Item::Edge(index), "edge", edge.name));
+    let named = nodes.chain(stations).chain(edges).filter_map(|(item, kind, name)| {
         let name = world.text(name);
         let lower = name.to_lowercase();
         let fit = match lower.find(&wanted)? {
@@ -87,7 +96,7 @@ fn places(world: &World<'_>, text: &str) -> Vec<NamedPlace> {
             0 => Fit::Beginning,
             _ => Fit::Part,
         };
-        Some(NamedPlace { item, name: name.to_owned(), fit })
+        Some(NamedPlace { item, kind, name: name.to_owned(), fit })
     });
     named.collect()
 }
@@ -113,8 +122,7 @@ impl Suggestions {
         ui.label(style::faint(ui, told(number, self.places.len())));
         let mut clicked = None;
         for place in self.places.iter().take(SUGGESTED) {
-            let kind = if matches!(place.item, Item::Edge(_)) { "edge" } else { "node" };
-            if ui.link(format!("{kind} {}", place.name)).clicked() {
+            if ui.link(format!("{} {}", place.kind, place.name)).clicked() {
                 clicked = Some(Found::Place(place.item));
             }
         }
@@ -159,7 +167,7 @@ pub(super) fn select_all(ui: &Ui, field: Id, text: &str) {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Role, WorldData};
 
     use super::*;
 
@@ -169,7 +177,7 @@ mod tests {
         let (dock, ramp) = (world.texts.add("Dock 12"), world.texts.add("ramp"));
         world.nodes = vec![
             NodeRecord { id: 7, ..NodeRecord::default() },
-            NodeRecord { id: 9, name: dock, ..NodeRecord::default() },
+            NodeRecord { id: 9, name: dock, role: Role::Drop as u32, ..NodeRecord::default() },
         ];
         let edge = EdgeRecord { id: 9, name: ramp, ..EdgeRecord::default() };
         world.add_edge(edge, [CurveRecord::straight([0.0, 0.0], [4.0, 0.0])]);
@@ -182,6 +190,9 @@ mod tests {
             ("ock 1", Some(Found::Place(Item::Node(1)))),
             ("ramp", Some(Found::Place(Item::Edge(0)))),
             ("o123", Some(Found::Order(123))),
+            ("node 7", Some(Found::Place(Item::Node(0)))),
+            ("edge 9", Some(Found::Place(Item::Edge(0)))),
+            ("order 123", Some(Found::Order(123))),
             ("n8", None),
             ("e", None),
             ("", None),
@@ -189,5 +200,7 @@ mod tests {
         ] {
             assert_eq!(find(&view, text), found, "{text}");
         }
+        let kinds: Vec<_> = places(&view, "d").iter().map(|place| place.kind).collect();
+        assert_eq!(kinds, ["station"], "Dock 12 has a role");
     }
 }

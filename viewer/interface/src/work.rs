@@ -5,6 +5,7 @@ use regatta_plugin::activity::Activity;
 use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, WAITS_FOR};
 use regatta_plugin::order::StopAction;
 use regatta_plugin::world::NodeRecord;
+use regatta_scene::stations::station_at;
 
 use super::context::{PanelContext, Request};
 use super::style::{self, heading, line};
@@ -60,9 +61,15 @@ fn order(context: &PanelContext<'_>, ui: &mut Ui) {
     let name = named.map_or_else(|| order.number.to_string(), |named| named.name.clone());
     line(ui, "order", name);
     let Some(stop) = order.next else { return };
-    let node = context.model.world.nodes().iter().find(|node| node.id == stop.node);
-    let place =
-        node.map_or_else(|| format!("node {}", stop.node), |node| name_of(context.model, node));
+    let node = (0..).zip(context.model.world.nodes()).find(|(_, node)| node.id == stop.node);
+    let place = node.map_or_else(
+        || format!("node {}", stop.node),
+        |(index, node)| {
+            // The picture has the name of the station that is served from the node.
+            let station = station_at(&context.model.world, index);
+            station.unwrap_or_else(|| name_of(context.model, node))
+        },
+    );
     let verb = match (stop.action, order.is_handling) {
         (StopAction::None, false) => "to",
         (StopAction::None, true) => "at",

@@ -14,6 +14,8 @@ pub mod route;
 pub mod stations;
 pub mod zones;
 
+use core::time::Duration;
+
 use glam::{Vec2, Vec3};
 use regatta_plugin::World;
 use serde::{Deserialize, Serialize};
@@ -110,7 +112,10 @@ pub struct Layers {
     pub waits: bool,
 }
 
-/// Trails behind robots. They get a point every quarter of a simulated second.
+/// The simulated time between two points of a trail.
+pub const TRAIL_INTERVAL: Duration = Duration::from_millis(250);
+
+/// Trails behind robots. They get a point at each [`TRAIL_INTERVAL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Trails {
     /// Points of each trail; 0 for no trails. There are fewer if the adapter lacks the memory.

@@ -45,6 +45,15 @@ pub fn node_name(world: &World<'_>, node: &NodeRecord) -> String {
     name_or_id(world.text(node.name), node.id)
 }
 
+/// Returns the name of an edge, or else the word and its id: `edge 12`. It stands alone, beside no
+/// word that tells of an edge.
+pub fn titled_edge(world: &World<'_>, edge: &EdgeRecord) -> String {
+    match world.text(edge.name) {
+        "" => format!("edge {}", edge.id),
+        name => name.to_owned(),
+    }
+}
+
 fn name_or_id(name: &str, id: u32) -> String {
     if name.is_empty() { id.to_string() } else { name.to_owned() }
 }

@@ -327,16 +327,17 @@ impl FromStr for Colouring {
     }
 }
 
-// The ramps of the heat map were computed in OKLab (Björn Ottosson, 2020): lightness is linear,
-// hue goes from violet by red to yellow, and the sixteen colours are at equal distances on that way.
+// The ramps of the heat map were computed in OKLab (Björn Ottosson, 2020): lightness changes in one
+// direction, hue goes from purple by red to yellow, and the sixteen colours are at equal distances on
+// a way that keeps away from the colours of activities, seen with any colour vision.
 // Much is what differs most from the floor: bright on a dark floor, dark on a light one.
 const DARK_HEAT: [u32; COLOURS] = [
-    0x4a237a, 0x622583, 0x7b2687, 0x932687, 0xac2683, 0xc32b7d, 0xd63a76, 0xe8496f, 0xf85a67,
-    0xff7365, 0xff8b68, 0xffa26c, 0xffb875, 0xffce81, 0xffe386, 0xf8f8a8,
+    0x59005d, 0x6d0b67, 0x83116e, 0x9b0c72, 0xb30777, 0xca1184, 0xda348a, 0xe64e89, 0xef6586,
+    0xf07d86, 0xf19386, 0xf6a680, 0xfeb97f, 0xfecd7f, 0xfde28a, 0xf5f7a7,
 ];
 const LIGHT_HEAT: [u32; COLOURS] = [
-    0xeee180, 0xf0cb5d, 0xf2b43b, 0xf39c19, 0xee8401, 0xe66c03, 0xe0520a, 0xd6371f, 0xc71e34,
-    0xb50044, 0x9e014f, 0x860055, 0x6f005b, 0x58005c, 0x400059, 0x2a044e,
+    0xf5e26d, 0xfacd4f, 0xfdb83f, 0xfda330, 0xfc8e22, 0xf17a11, 0xe76501, 0xda5214, 0xc94429,
+    0xb63a34, 0xa13136, 0x8c2d3d, 0x752b3e, 0x5e2c41, 0x4b2440, 0x391b3d,
 ];
 
 /// Returns the colours of the heat map, from cold to hot: equal steps of a value are equal

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use regatta_interface::text::with_plural;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{Control, ControlError, Error, Result};
+use regatta_scene::TRAIL_INTERVAL;
 
 use super::HeadlessViewer;
 use crate::video::VideoWriter;
@@ -78,6 +79,7 @@ impl HeadlessViewer<'_> {
         self.wait_for_columns()?;
         self.check_options()?;
         let schedule = self.schedule(&around.after)?;
+        self.draw_trails_out(&mut control, &mut around, schedule.from)?;
         let (mut told, total) = (Instant::now(), schedule.pictures());
         while video.pictures() < total && !self.termination.requested() {
             let time = schedule.time(video.pictures());
@@ -111,16 +113,37 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
-    /// Plays a recording up to the time of the picture, so that the traffic on edges is counted for
-    /// the heat map. Returns the moment to show between the two newest frames.
+    /// Plays a recording up to the time of the picture, so that trails grow, and the traffic on edges
+    /// is counted for a heat map. Returns the moment to show between the two newest frames.
     pub(super) fn play_to_picture(&mut self) -> Result<f32> {
-        let mut jams = Reader::open(&self.options.fleet)?;
+        let mut jams =
+            self.options.counts_traffic().then(|| Reader::open(&self.options.fleet)).transpose()?;
         let (mut control, mut around) = self.stand()?;
         let time = self.options.at.map_or(around.after.sim_time_nanos, nanos);
+        self.draw_trails_out(&mut control, &mut around, time)?;
         self.go_on(&mut control, &mut around, time)?;
-        self.stage.set_jams(jams.read(&self.stage.jam_query())?);
+        if let Some(jams) = &mut jams {
+            self.stage.set_jams(jams.read(&self.stage.jam_query())?);
+        }
         self.clock = Some(time as f64 * 1e-9);
         Ok(around.alpha(time))
+    }
+
+    /// Plays a recording up to a time, and adds a point to all trails at each of their intervals.
+    fn draw_trails_out(&mut self, control: &mut Control, around: &mut Around, time: u64) -> Result {
+        if self.stage.scene.trails.points == 0 {
+            return Ok(());
+        }
+        let interval = TRAIL_INTERVAL.as_nanos() as u64;
+        while around.after.sim_time_nanos + interval < time
+            && !around.is_at_end
+            && !self.termination.requested()
+        {
+            self.stage.collect_trails();
+            self.go_on(control, around, around.after.sim_time_nanos + interval)?;
+        }
+        self.stage.collect_trails();
+        Ok(())
     }
 
     /// Opens the controls of the replay, which stands.

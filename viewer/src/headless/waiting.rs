@@ -26,8 +26,8 @@ impl HeadlessViewer<'_> {
     /// interrupted.
     pub(super) fn wait_for_fleet(&mut self) -> Result<bool> {
         let (started, mut is_notified, mut polls) = (Instant::now(), false, 0);
-        // If the traffic of a recording is counted, the frames before the picture are played.
-        let at = self.options.at.filter(|_| !self.options.counts_traffic());
+        // The frames before the picture are played afterwards, if they are needed.
+        let at = self.options.at.filter(|_| !self.options.plays_to_picture());
         let from = at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
             let news = self.stage.update(Instant::now())?;

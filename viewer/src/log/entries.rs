@@ -91,7 +91,8 @@ pub(super) fn of_order(order: &OrderRecord, time_nanos: u64) -> Option<(Entry, A
         OrderKind::Unroutable => (Severity::Warning, format!("waits: {}", order.obstacle().text())),
         OrderKind::Failed => (Severity::Warning, "failed".to_owned()),
         OrderKind::Cancelled => (Severity::Info, "was cancelled".to_owned()),
-        OrderKind::Withdrawn => (Severity::Info, "was withdrawn from its robot".to_owned()),
+        // Short, so that a row has room for it.
+        OrderKind::Withdrawn => (Severity::Info, "withdrawn".to_owned()),
         OrderKind::Reopened => (Severity::Info, "can be carried out again".to_owned()),
         _ => return None,
     };

@@ -10,7 +10,7 @@ use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Role};
 use regatta_scene::background::{Line, lines_by_kind};
 use regatta_scene::curves::midpoint;
 use regatta_scene::facilities::{BAR_COLOURS, bars};
-use regatta_scene::names::names;
+use regatta_scene::names::{Name, names};
 use regatta_scene::palette::{COLOURS, Colouring, Rgb, Scale, Theme};
 use regatta_scene::stations::{links, stations};
 
@@ -112,13 +112,27 @@ pub(super) fn draw_facilities(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
 pub(super) fn draw_names(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     let group = svg.element("g").set("id", "names").fill(hex(plan.theme.colours().node));
     group.number("font-size", LETTER_MM / per_metre).open();
-    let names = names(&plan.world, plan.level).into_iter();
-    for name in names.take_while(|name| name.scale * LETTER_MM <= per_metre) {
-        let Vec2 { x, y } = name.place + plan.offset + Vec2::splat(1.3 / per_metre);
-        let upright = format_args!("translate({x:.3} {y:.3}) scale(1 -1)");
-        svg.element("text").set("transform", upright).content(&name.text);
+    let names = names(&plan.world, plan.level);
+    let with_room = || names.iter().take_while(|name| name.scale * LETTER_MM <= per_metre);
+    // Halos keep lines from striking names through. They are separate texts, and all below the
+    // names: not every program draws them by `paint-order`.
+    let halo = hex(plan.theme.colours().floor);
+    let group = svg.element("g").fill(&halo).stroke(&halo, 1.0 / per_metre);
+    group.set("stroke-linejoin", "round").open();
+    for name in with_room() {
+        write_name(svg, plan, name, per_metre);
     }
     svg.close();
+    for name in with_room() {
+        write_name(svg, plan, name, per_metre);
+    }
+    svg.close();
+}
+
+fn write_name(svg: &mut Svg, plan: &Plan<'_>, name: &Name, per_metre: f32) {
+    let Vec2 { x, y } = name.place + plan.offset + Vec2::splat(1.3 / per_metre);
+    let upright = format_args!("translate({x:.3} {y:.3}) scale(1 -1)");
+    svg.element("text").set("transform", upright).content(&name.text);
 }
 
 /// The control points of an edge's curves.

@@ -87,6 +87,17 @@ pub enum OpenError {
         /// The processes at the service, by name and number: `3 × hello, viewer`.
         holders: String,
     },
+    /// Another process has been opening or closing a service all the time.
+    #[error(
+        "{service} isn't ready after {seconds} s: another process is opening or closing it; stop \
+         that process, and run `regatta doctor --clean`"
+    )]
+    InFlux {
+        /// The service.
+        service: String,
+        /// The time for which it was waited for, in seconds.
+        seconds: u64,
+    },
     /// This user has no directory for the files of shared memory.
     #[cfg(feature = "shared-memory")]
     #[error(transparent)]

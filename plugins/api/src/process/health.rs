@@ -212,6 +212,11 @@ pub(crate) fn remove_unfinished() {
     remnants::remove_unfinished();
 }
 
+/// Removes the file of a service that no process has open, and that none can open.
+pub(crate) fn remove_abandoned(service: &str) {
+    remnants::remove_abandoned(service);
+}
+
 /// Removes the resources of dead processes, and orphaned segments.
 ///
 /// # Errors

@@ -34,9 +34,9 @@ numbered! {
         /// It has stopped for a while of its own.
         Stalled = 10,
         /// It drives, without an order.
-        Driving = 11,
+        Moving = 11,
         /// It turns on the spot, without an order.
-        Turning = 12,
+        Rotating = 12,
     }
 }
 
@@ -57,11 +57,11 @@ impl Activity {
     pub const fn of_state(state: RobotState) -> Option<Self> {
         Some(match state {
             RobotState::Idle => Self::Idle,
-            RobotState::Driving => Self::Driving,
+            RobotState::Driving => Self::Moving,
             RobotState::Waiting => Self::Waiting,
             RobotState::Held => Self::Held,
             RobotState::Faulted => Self::Faulted,
-            RobotState::Turning => Self::Turning,
+            RobotState::Turning => Self::Rotating,
             RobotState::Stalled => Self::Stalled,
             RobotState::Broken => Self::Broken,
             RobotState::Absent => return None,
@@ -98,8 +98,8 @@ impl Activity {
             Self::Broken => "broken",
             Self::Faulted => "faulted",
             Self::Stalled => "stalled",
-            Self::Driving => "driving",
-            Self::Turning => "turning",
+            Self::Moving => "moving",
+            Self::Rotating => "rotating",
         }
     }
 
@@ -118,8 +118,8 @@ impl Activity {
             Self::Broken => [0xffffff, 0x102028],
             Self::Faulted => [0xc83000, 0x803800],
             Self::Stalled => [0xd8d810, 0x302000],
-            Self::Driving => [0xb0d0f8, 0x2878f8],
-            Self::Turning => [0x28a0a0, 0x58d8f8],
+            Self::Moving => [0xb0d0f8, 0x2878f8],
+            Self::Rotating => [0x28a0a0, 0x58d8f8],
         };
         match ground {
             Ground::Dark => dark,
@@ -164,7 +164,10 @@ mod tests {
     fn a_state_has_the_word_of_its_activity() {
         for number in 0..RobotState::COUNT as u8 {
             let state = RobotState::from_number(number);
-            assert_eq!(Activity::of_state(state).map(Activity::name), Some(state.name()));
+            let activity = Activity::of_state(state).expect("of a robot that is there");
+            // A word of both means the same, but for a robot that stands while it works.
+            let is_of_work = matches!(state, RobotState::Driving | RobotState::Turning);
+            assert_eq!(activity.name() == state.name(), !is_of_work, "{state:?}");
         }
         assert_eq!(Activity::of_state(RobotState::Absent), None);
     }
@@ -177,9 +180,9 @@ mod tests {
         // It can't move, whatever its order.
         assert_eq!(of(RobotState::Broken, Activity::Carrying), Activity::Broken);
         // It can move again, and the manager doesn't know yet.
-        assert_eq!(of(RobotState::Driving, Activity::Held), Activity::Driving);
+        assert_eq!(of(RobotState::Driving, Activity::Held), Activity::Moving);
         // It drives, without an order.
-        assert_eq!(of(RobotState::Driving, Activity::Idle), Activity::Driving);
+        assert_eq!(of(RobotState::Driving, Activity::Idle), Activity::Moving);
         assert_eq!(Activity::of(RobotState::Waiting, None), Some(Activity::Waiting));
         assert_eq!(Activity::of(RobotState::Absent, Some(Activity::Idle)), None);
     }

@@ -2,6 +2,7 @@
 
 mod claim;
 mod full_memory;
+mod obstacle;
 mod open;
 mod places;
 mod publish;

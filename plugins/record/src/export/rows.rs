@@ -54,6 +54,14 @@ impl Column {
     }
 }
 
+impl Value {
+    /// Returns a time in seconds: the nearest number, which is written with the fewest digits.
+    /// (A product with 1e-9 isn't the nearest one: 116.72 s would be 116.72000000000001.)
+    pub fn secs(nanos: u128) -> Self {
+        Self::F64(nanos as f64 / 1e9)
+    }
+}
+
 impl From<Option<u32>> for Value {
     fn from(value: Option<u32>) -> Self {
         value.map_or(Self::Missing, Self::U32)
@@ -111,5 +119,20 @@ fn topics(table: Table) -> Vec<Topic> {
         Table::Orders => vec![Topic::Orders],
         Table::Contacts => vec![Topic::Contacts, Topic::ContactUpdates],
         Table::ContactEvents => vec![Topic::ContactEvents],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Value;
+
+    #[test]
+    fn times_have_no_digits_of_rounding() {
+        for tick in 0..200_000_u64 {
+            let Value::F64(secs) = Value::secs((tick * 10_000_000).into()) else { panic!() };
+            let (whole, hundredths) = (tick / 100, tick % 100);
+            let shortest = format!("{whole}.{hundredths:02}");
+            assert_eq!(secs.to_string(), shortest.trim_end_matches('0').trim_end_matches('.'));
+        }
     }
 }

@@ -225,7 +225,7 @@ fn mode(activity: Activity) -> u32 {
     match activity {
         Idle | Handling | Queued => robot_mode::IDLE,
         Charging => robot_mode::CHARGING,
-        Fetching | Carrying | Driving | Turning => robot_mode::MOVING,
+        Fetching | Carrying | Moving | Rotating => robot_mode::MOVING,
         Held => robot_mode::PAUSED,
         Waiting | Stalled => robot_mode::WAITING,
         Broken | Faulted => robot_mode::EMERGENCY,

@@ -90,8 +90,8 @@ fn nothing_is_said_of_numbers_that_were_not_tried() {
     }));
     assert_eq!(
         said,
-        "2 robots, which carry 40.0 ± 1.0 orders an hour. With 4 robots, 1 of 2 runs doesn't \
-         count: in it, one of 4 stood with an order from 17:00 min on while others drove, and 31 \
+        "the plant holds 2 robots, which carry 40.0 ± 1.0 orders an hour. With 4 robots, 1 of 2 runs \
+         doesn't count: in it, one of 4 stood with an order from 17:00 min on while others drove, and 31 \
          orders were finished in 20 min. Neither this number nor a larger one that was tried is an \
          answer; 3 wasn't tried."
     );
@@ -133,7 +133,7 @@ fn a_range_says_what_larger_numbers_bring() {
     }));
     assert!(
         said.starts_with(
-            "2 robots, which carry 40.0 ± 1.0 orders an hour. With 3 or 4, each further robot \
+            "the plant holds 2 robots, which carry 40.0 ± 1.0 orders an hour. With 3 or 4, each further robot \
              brings on average less than 1 % of what one brings alone. With 8 robots, 2 of 2 runs \
              don't count: in the first of them, robots drove from 17:00 min on without any \
              arrival, and 5 orders"
@@ -165,8 +165,8 @@ fn fewer_robots_than_those_that_stalled_have_a_reason() {
         1 => Ok(Measured { finished_orders: 1, ..measured(0.0) }),
         _ => Ok(stalled(StallKind::Standstill, vec![0], 1.0)),
     }));
-    let start =
-        "not known. 1 robot finished 2 orders in 2 runs, too few for a figure. With 2 robots, ";
+    let start = "the number of robots that the plant holds isn't known. 1 robot finished 2 orders in 2 \
+                 runs, too few for a figure. With 2 robots, ";
     assert!(said.starts_with(start), "{said}");
 }
 
@@ -278,7 +278,7 @@ fn without_a_number_that_counts_there_is_no_answer() {
     let said = said(&answer("1,2", fate));
     assert_eq!(
         said,
-        "not known. With 1 robot, 2 of 2 runs don't count: in the first of them, all robots with orders \
+        "the number of robots that the plant holds isn't known. With 1 robot, 2 of 2 runs don't count: in the first of them, all robots with orders \
          stood from 17:00 min on, and 1 order was finished in 20 min. No number of robots that was \
          tried is an answer."
     );
@@ -292,7 +292,7 @@ fn a_lack_of_room_is_no_failure() {
     }));
     assert_eq!(
         said,
-        "at least 2 robots, which carry 40.0 ± 1.0 orders an hour. With 4 robots, not all found a place: \
+        "the plant holds at least 2 robots, which carry 40.0 ± 1.0 orders an hour. With 4 robots, not all found a place: \
          3 of 4 robots fit; 3 wasn't tried."
     );
 }
@@ -334,7 +334,7 @@ fn late_orders_are_those_of_runs_that_count() {
 #[test]
 fn an_unknown_throughput_has_no_table_of_numbers() {
     let few = answer("1", |_, _| Ok(measured(1.0)));
-    assert!(said(&few).starts_with("not known: 1 robot finished 1.0 orders in a run"));
+    assert!(said(&few).contains("isn't known: 1 robot finished 1.0 orders in a run"));
     assert_eq!(numbers(&few.variants[0], ""), None);
 }
 

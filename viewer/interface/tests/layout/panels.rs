@@ -176,7 +176,7 @@ fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
             .filter(|(text, ..)| !text.galley.elided)
             .map(|(text, ..)| text.galley.text())
             .collect();
-        for text in ["activity", "speed", "edge", "contact", "driving", "123456"] {
+        for text in ["activity", "speed", "edge", "contact", "moving", "123456"] {
             assert!(shown.contains(&text), "{size:?} at {scale}: {text} in {shown:?}");
         }
         for text in ["12.3", "touching"] {

@@ -67,7 +67,7 @@ pub const STATES: [State; 12] = [
     State { name: "hot spots", prepare: hot_spots, keys: &[], placed: &["legend"] },
     State { name: "log", prepare: log, keys: &[], placed: &["legend"] },
     State { name: "work", prepare: work, keys: &[], placed: &["legend", "view cube"] },
-    State { name: "help", prepare: minimap, keys: &[Key::F1], placed: &["legend"] },
+    State { name: "help", prepare: minimap, keys: &[Key::F1], placed: &[] },
 ];
 
 fn warming_up(fixture: &mut Fixture) {

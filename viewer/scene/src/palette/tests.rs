@@ -82,6 +82,13 @@ fn activities_are_told_apart_from_heat_and_routes_with_any_colour_vision() {
                 let heat = distance(colour, heat);
                 assert!(heat >= 7.0, "{theme:?}: {} and heat: {heat:.1}", activity.name());
             }
+            // Most roads are cold: the ramp's low end is not to look like robots.
+            let least = if theme == Theme::Dark { 0.10 } else { 0.075 };
+            for (step, heat) in heat_ramp(theme).into_iter().enumerate() {
+                let apart = oklab(colour).distance(oklab(heat));
+                let name = activity.name();
+                assert!(apart >= least, "{theme:?}: {name} and step {step} of heat: {apart:.3}");
+            }
         }
     }
 }

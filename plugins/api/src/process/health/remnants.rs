@@ -67,31 +67,74 @@ pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
 /// iceoryx2 0.10), until it is removed.
 pub(super) fn remove_unfinished() {
     let Ok(config) = config() else { return };
-    let mut unfinished = unfinished_files(Path::new(SHARED_MEMORY), is_unfinished_segment);
     let services = config.global.service_dir().to_string();
-    unfinished.extend(unfinished_files(Path::new(&services), is_unfinished_service));
-    if unfinished.is_empty() {
+    if old_files(Path::new(SHARED_MEMORY), is_unfinished_segment).is_empty()
+        && old_files(Path::new(&services), is_unfinished_service).is_empty()
+    {
+        return;
+    }
+    let _others_wait = lock();
+    let mut unfinished = old_files(Path::new(SHARED_MEMORY), is_unfinished_segment);
+    unfinished.extend(old_files(Path::new(&services), is_unfinished_service));
+    remove_files(unfinished);
+}
+
+/// Removes the finished file of a service that can't be opened, if no process has it open: the last
+/// one that used the service was killed before it removed the file (iceoryx2 0.10 forgets the
+/// process first, so that no other one removes it), or the creator was before it created the rest.
+pub(super) fn remove_abandoned(service: &str) {
+    // Only there is it known which files are open.
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let Ok(config) = config() else { return };
+    let _others_wait = lock();
+    let services = config.global.service_dir().to_string();
+    let mut abandoned = old_files(Path::new(&services), is_finished_service);
+    let line = format!("service_name = \"{service}\"");
+    abandoned.retain(|path| {
+        fs::read_to_string(path).is_ok_and(|text| text.lines().any(|named| named == line))
+    });
+    remove_files(abandoned);
+}
+
+/// Lets one process at a time remove files: another one could remove a file that a third process
+/// has created anew under the same name. Without a lock, the file's age has to suffice.
+fn lock() -> Option<fs::File> {
+    let folder = fs::File::open(config().ok()?.global.root_path().to_string()).ok()?;
+    folder.lock().ok().map(|()| folder)
+}
+
+/// Removes files, except those that some process has open.
+fn remove_files(files: Vec<PathBuf>) {
+    if files.is_empty() {
         return;
     }
     let open = open_files();
-    for path in unfinished.iter().filter(|path| !open.contains(*path)) {
+    for path in files.iter().filter(|path| !open.contains(*path)) {
         // One of another user stays.
         let _ = fs::remove_file(path);
     }
 }
 
-/// Returns this user's unfinished files in a folder that nobody is about to finish.
-fn unfinished_files(folder: &Path, is_unfinished: fn(&fs::Metadata) -> bool) -> Vec<PathBuf> {
+/// Returns this user's files in a folder that are in a state for so long that their creator isn't
+/// about to change it.
+fn old_files(folder: &Path, is_in_state: fn(&fs::Metadata) -> bool) -> Vec<PathBuf> {
     let Ok(config) = config() else { return Vec::new() };
     let prefix = config.global.prefix.to_string();
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
     own.filter(|entry| {
         let metadata = entry.metadata().ok().filter(fs::Metadata::is_file);
-        metadata.is_some_and(|metadata| is_unfinished(&metadata) && age(&metadata) > CREATION)
+        metadata.is_some_and(|metadata| is_in_state(&metadata) && age(&metadata) > CREATION)
     })
     .map(|entry| entry.path())
     .collect()
+}
+
+/// The file of a service that can't be written to any more.
+fn is_finished_service(metadata: &fs::Metadata) -> bool {
+    !is_unfinished_service(metadata)
 }
 
 /// A segment gets a length first, and the right to be read last.

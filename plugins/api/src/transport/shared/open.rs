@@ -1,12 +1,16 @@
 //! Opening a fleet's services in shared memory.
 
+use core::time::Duration;
+use std::time::Instant;
+
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 
 use super::Ipc;
 use super::full_memory::{FULL, guarded};
-use super::places::{MayBeFull, participants};
+use super::obstacle::{Obstacle, Obstructed};
+use super::places::participants;
 use crate::ports::error::OpenError;
 use crate::ports::services::{
     MAX_PARTICIPANTS, MAX_READERS, RequestService, SliceService, VERSION_ATTRIBUTE, service_name,
@@ -15,6 +19,7 @@ use crate::process::domain::config;
 use crate::process::health;
 use crate::process::join::Participant;
 use crate::process::open_files::reason;
+use crate::process::termination::Termination;
 use crate::records::frame::CONTRACT_VERSION;
 use crate::records::lockstep::Done;
 use crate::records::{Header, Record};
@@ -128,11 +133,18 @@ pub(super) fn claim(
     })
 }
 
-/// The number of attempts to open a service, 50 ms apart: services come and go while other
-/// processes start and stop.
+/// The time between attempts to open a service: services come and go while other processes start
+/// and stop.
+const PAUSE: Duration = Duration::from_millis(50);
+/// The number of attempts against an obstacle that rarely goes away.
 const ATTEMPTS: usize = 10;
+/// The longest wait for another process that creates or removes a service. It takes milliseconds,
+/// and many seconds on a machine whose processors or disks others keep busy.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// The wait after which the user reads what is waited for.
+const TOLD_AFTER: Duration = Duration::from_secs(5);
 
-fn open<S, E: MayBeFull>(
+fn open<S, E: Obstructed>(
     participant: &Participant,
     service: &str,
     pattern: MessagingPattern,
@@ -146,7 +158,7 @@ fn open<S, E: MayBeFull>(
     };
     let name = ServiceName::new(&what).map_err(|e| failed(format!("{e:?}")))?;
     let version = version_attribute(CONTRACT_VERSION).map_err(failed)?;
-    let mut attempts = 0;
+    let mut wait = Wait::new(what.clone());
     loop {
         let (outcome, missing) = guarded(|| attempt(node.service_builder(&name), &version));
         if missing.any() {
@@ -161,17 +173,74 @@ fn open<S, E: MayBeFull>(
         if let Some(theirs) = other_version(node, &name, pattern) {
             return Err(OpenError::OtherVersion { fleet: fleet.clone(), service: what, theirs });
         }
-        attempts += 1;
-        if attempts == ATTEMPTS {
-            if !error.is_full() {
-                return Err(failed(reason(error)));
+        match wait.after(&error) {
+            Next::Again => {}
+            Next::Failed(error) => return Err(error),
+            Next::Full => {
+                let holders = participants(node, fleet);
+                return Err(OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders });
             }
-            let holders = participants(node, fleet);
-            return Err(OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders });
+        }
+    }
+}
+
+/// The attempts to open a service.
+struct Wait {
+    service: String,
+    start: Instant,
+    attempts: usize,
+    is_told: bool,
+}
+
+/// What follows a failed attempt.
+enum Next {
+    Again,
+    Full,
+    Failed(OpenError),
+}
+
+impl Wait {
+    fn new(service: String) -> Self {
+        Self { service, start: Instant::now(), attempts: 0, is_told: false }
+    }
+
+    /// Waits for the next attempt after one that failed, unless there is none.
+    fn after(&mut self, error: &impl Obstructed) -> Next {
+        self.attempts += 1;
+        let obstacle = error.obstacle();
+        let waited = self.start.elapsed();
+        let (is_over, next) = match obstacle {
+            Obstacle::InFlux => (waited > PATIENCE, Next::Failed(self.in_flux())),
+            Obstacle::Full => (self.attempts >= ATTEMPTS, Next::Full),
+            Obstacle::Other => (self.attempts >= ATTEMPTS, Next::Failed(self.failed(error))),
+        };
+        if is_over || (obstacle == Obstacle::InFlux && Termination::was_requested()) {
+            return next;
+        }
+        if obstacle == Obstacle::InFlux {
+            health::remove_abandoned(&self.service);
+            self.tell(waited);
         }
         // The creator of the service may have been killed: its remains would be in the way for ever.
         health::remove_unfinished();
-        std::thread::sleep(core::time::Duration::from_millis(50));
+        std::thread::sleep(PAUSE);
+        Next::Again
+    }
+
+    /// Tells once that another process is waited for.
+    fn tell(&mut self, waited: Duration) {
+        if waited > TOLD_AFTER && !self.is_told {
+            self.is_told = true;
+            tracing::warn!("waits for another process that opens or closes {}", self.service);
+        }
+    }
+
+    fn in_flux(&self) -> OpenError {
+        OpenError::InFlux { service: self.service.clone(), seconds: self.start.elapsed().as_secs() }
+    }
+
+    fn failed(&self, error: &impl Obstructed) -> OpenError {
+        OpenError::SharedMemory { what: self.service.clone(), reason: reason(error) }
     }
 }
 

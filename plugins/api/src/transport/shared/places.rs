@@ -8,13 +8,6 @@ use iceoryx2::port::notifier::NotifierCreateError;
 use iceoryx2::port::publisher::PublisherCreateError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::prelude::*;
-use iceoryx2::service::builder::event::{EventOpenError, EventOpenOrCreateError};
-use iceoryx2::service::builder::publish_subscribe::{
-    PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError,
-};
-use iceoryx2::service::builder::request_response::{
-    RequestResponseOpenError, RequestResponseOpenOrCreateError,
-};
 use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use iceoryx2::service::port_factory::{PortFactory, publish_subscribe};
@@ -51,13 +44,6 @@ may_be_full! {
     ListenerCreateError: ListenerCreateError::ExceedsMaxSupportedListeners,
     ClientCreateError: ClientCreateError::ExceedsMaxSupportedClients,
     ServerCreateError: ServerCreateError::ExceedsMaxSupportedServers,
-    PublishSubscribeOpenOrCreateError: PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(
-        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes
-    ),
-    EventOpenOrCreateError: EventOpenOrCreateError::EventOpenError(EventOpenError::ExceedsMaxNumberOfNodes),
-    RequestResponseOpenOrCreateError: RequestResponseOpenOrCreateError::RequestResponseOpenError(
-        RequestResponseOpenError::ExceedsMaxNumberOfNodes
-    ),
 }
 
 /// Opens a place at a service that has `limit` of them.

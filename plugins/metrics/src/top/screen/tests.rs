@@ -101,7 +101,7 @@ fn figures_of_the_run_are_none_since_top_began_and_robots_have_one_vocabulary() 
     shows(&screen, &["carrying █", "614", "fetching █", "201", "idle", "44"]);
     assert!(!screen.contains("■ 614"), "each number is shown once:\n{screen}");
     let unmanaged = Snapshot { work: None, ..snapshot };
-    shows(&drawn(&mut view(unmanaged), 80, 24), &["driving", "812", "idle", "held", "faulted"]);
+    shows(&drawn(&mut view(unmanaged), 80, 24), &["moving", "812", "idle", "held", "faulted"]);
 }
 
 #[test]

@@ -27,8 +27,9 @@ pub(super) fn plugins(
     Ok(requested.to_vec())
 }
 
-/// Returns all columns. A plugin's column keeps its name, or gets the prefix `column_` if another
-/// column has the name. Activities are words.
+/// Returns all columns. A plugin's column keeps its name, with underscores for hyphens as in the
+/// names of other columns, or gets the prefix `column_` if another column has the name. Activities
+/// are words.
 pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
     let mut columns = vec![
         Column::new("time_s", Kind::F64),
@@ -46,8 +47,14 @@ pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
     ];
     let common = columns.len();
     for name in plugins {
-        let is_taken = columns[..common].iter().any(|column| column.title == name.as_str());
-        let title = if is_taken { format!("column_{name}") } else { name.to_string() };
+        let mut title = name.as_str().replace('-', "_");
+        if columns[..common].iter().any(|column| column.title == title) {
+            title.insert_str(0, "column_");
+        }
+        // Two columns may differ only in that.
+        if columns[common..].iter().any(|column| column.title == title) {
+            title = name.to_string();
+        }
         let kind = if is_activity(name) { Kind::Text } else { Kind::F32 };
         columns.push(Column::optional(&title, kind));
     }
@@ -97,10 +104,10 @@ fn fill(
     let header = snapshot.header();
     row.clear();
     row.extend([
-        Value::F64(snapshot.time.as_secs_f64()),
+        Value::secs(snapshot.time.as_nanos()),
         Value::U32(snapshot.run),
         Value::U64(header.tick),
-        Value::F64(header.sim_time_nanos as f64 * 1e-9),
+        Value::secs(header.sim_time_nanos.into()),
         Value::U32(robot as u32),
         Value::F32(robot_row.x),
         Value::F32(robot_row.y),
@@ -112,9 +119,14 @@ fn fill(
     ]);
     for (at, name) in plugins.iter().enumerate() {
         let value = snapshot.column(at, robot);
-        row.push(if is_activity(name) { activity(value) } else { value.into() });
+        row.push(if is_activity(name) { activity(value) } else { number(value) });
     }
     true
+}
+
+/// Returns the value of a column, which is missing if the robot has none: it is no number then.
+fn number(value: Option<f32>) -> Value {
+    value.filter(|value| !value.is_nan()).into()
 }
 
 /// Returns the word of an activity by its number; it is missing if no activity has the number.
@@ -128,6 +140,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn titles_have_underscores() {
+        let titles = |names: &[&str]| -> Vec<String> {
+            let names: Vec<ColumnName> = names.iter().map(|name| name.parse().unwrap()).collect();
+            columns(&names).into_iter().skip(12).map(|column| column.title).collect()
+        };
+        assert_eq!(titles(&["waits-for", "sim-time_s"]), ["waits_for", "column_sim_time_s"]);
+        assert_eq!(titles(&["my_load", "my-load"]), ["my_load", "my-load"]);
+    }
+
+    #[test]
     fn activities_are_words() {
         let names: Vec<ColumnName> = ["activity", "goal"].map(|name| name.parse().unwrap()).into();
         let kinds: Vec<_> =
@@ -136,5 +158,6 @@ mod tests {
         assert_eq!(activity(Some(2.0)), Value::Text("carrying"));
         assert_eq!(activity(Some(2.5)), Value::Missing);
         assert_eq!(activity(None), Value::Missing);
+        assert_eq!([number(Some(f32::NAN)), number(None)], [Value::Missing; 2]);
     }
 }

@@ -200,7 +200,7 @@ impl Rows<'_> {
             let mut row = std::mem::take(&mut self.row);
             row.clear();
             row.extend([
-                Value::F64(moment.time.as_secs_f64()),
+                Value::secs(moment.time.as_nanos()),
                 Value::U32(run),
                 Value::U64(moment.tick),
             ]);
@@ -271,7 +271,7 @@ impl Rows<'_> {
             Value::U32(other),
             name(&LEVELS, pair.level),
             Value::U64(pair.since_tick),
-            Value::F64(pair.since_nanos as f64 * 1e-9),
+            Value::secs(pair.since_nanos.into()),
             self.edge(pair.edge),
             Value::F32(pair.x),
             Value::F32(pair.y),
