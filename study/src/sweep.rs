@@ -12,6 +12,8 @@ mod outlook;
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use crate::outcome::{Measured, RunEnd, Service};
 use crate::plan::{Precision, Question, Robots};
 use crate::statistics::Interval;
@@ -73,6 +75,22 @@ pub struct Point {
     pub runs: Vec<Measured>,
 }
 
+/// The development of the backlog in runs with a load that comes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Trend {
+    /// Robots carry what comes.
+    Steady,
+    /// It may grow, or be chance.
+    Unclear,
+    /// Robots have an order nearly all the time while more orders wait: orders come as fast as they
+    /// are carried, or faster.
+    Saturated,
+    /// Orders come faster than they are carried, with 95 % confidence: the growth in half of a run's
+    /// time, in orders.
+    Growing(Interval),
+}
+
 impl Point {
     /// Returns a figure of all runs that have it as a mean with its interval.
     pub fn interval(&self, figure: impl Fn(&Measured) -> Option<f64>) -> Option<Interval> {
@@ -89,32 +107,35 @@ impl Point {
         self.runs.iter().any(Measured::is_stalled)
     }
 
-    /// Returns the growth of the backlog in half of a run's time, if orders come faster than robots
-    /// carry them: it grows with 95 % confidence, and by more than a few orders. A day ends with its
-    /// orders, and has none.
-    pub fn growth(&self) -> Option<Interval> {
+    /// Returns the development of the backlog. A day ends with its orders, and is steady.
+    pub fn trend(&self) -> Trend {
+        let growth = self.interval(|run| Some(run.backlog_growth));
+        let finished = self.interval(|run| Some(run.finished_orders as f64));
+        let (Some(growth), Some(finished)) = (growth, finished) else { return Trend::Steady };
         if self.runs.iter().any(|run| run.end != RunEnd::AtTime) {
-            return None;
+            return Trend::Steady;
         }
-        let growth = self.interval(|run| Some(run.backlog_growth))?;
-        let finished = self.interval(|run| Some(run.finished_orders as f64))?.mean;
+        let least = LEAST_GROWTH.max(LEAST_GROWTH_PART * finished.mean);
         // A single run has a spread as counts of independent orders have.
-        let half_width = growth.half_width.unwrap_or(2.0 * finished.sqrt());
-        let is_more = growth.mean >= LEAST_GROWTH.max(LEAST_GROWTH_PART * finished);
-        (is_more && growth.mean - half_width >= 1.0).then_some(growth)
+        let half_width = growth.half_width.unwrap_or(2.0 * finished.mean.sqrt());
+        if growth.mean >= least && growth.mean - half_width >= 1.0 {
+            return Trend::Growing(growth);
+        }
+        if self.is_saturated() {
+            return Trend::Saturated;
+        }
+        let most = LEAST_GROWTH.max(MOST_GROWTH_PART * finished.mean);
+        let is_steady = growth.mean < LEAST_GROWTH || growth.mean + half_width <= most;
+        if is_steady { Trend::Steady } else { Trend::Unclear }
     }
 
-    /// Whether robots have an order nearly all the time while more orders wait, so that orders come as
-    /// fast as robots carry them, or faster. A day ends with its orders, and doesn't count.
-    pub fn is_saturated(&self) -> bool {
-        let means = [
-            self.interval(|run| Some(run.utilisation)),
-            self.interval(|run| Some(run.carriable_orders())),
-        ];
-        let [Some(utilisation), Some(open)] = means else { return false };
-        let are_days = self.runs.iter().any(|run| run.end != RunEnd::AtTime);
+    /// Whether robots have an order nearly all the time while more orders wait.
+    fn is_saturated(&self) -> bool {
+        let utilisation = self.interval(|run| Some(run.utilisation));
+        let open = self.interval(|run| Some(run.carriable_orders()));
+        let (Some(utilisation), Some(open)) = (utilisation, open) else { return false };
         let waiting = open.mean - f64::from(self.robots);
-        !are_days && utilisation.mean >= ALWAYS_BUSY && waiting >= LEAST_GROWTH
+        utilisation.mean >= ALWAYS_BUSY && waiting >= LEAST_GROWTH
     }
 
     /// Returns the orders an hour, with the interval of their spread over the runs.
@@ -153,6 +174,9 @@ impl Curve {
 /// finished.
 const LEAST_GROWTH: f64 = 2.0;
 const LEAST_GROWTH_PART: f64 = 0.01;
+/// The part of the finished orders by which the backlog may grow in half of the time until it isn't
+/// known to be steady: 10 % of those that come then.
+const MOST_GROWTH_PART: f64 = 0.05;
 
 /// The part of the time with an order from which on robots are busy all the time.
 const ALWAYS_BUSY: f64 = 0.98;

@@ -176,3 +176,22 @@ fn top_causes_no_late_tick() {
         top.signal(Signal::KILL);
     });
 }
+
+/// The window of a terminal is closed, or the connection to its host breaks.
+#[test]
+fn top_ends_with_its_terminal() {
+    let (pty, pts) = pty_process::blocking::open().expect("a pseudo-terminal");
+    pty.resize(pty_process::Size::new(24, 80)).expect("resized");
+    let name = unique("top-hung-up").to_string();
+    let command = pty_process::blocking::Command::new(env!("CARGO_BIN_EXE_regatta"));
+    let command = command.args(["top", "--fleet", &name]).env("TERM", "xterm-256color");
+    let top = Process(command.spawn(pts).expect("it starts"));
+    let mut drawn = Vec::new();
+    while !String::from_utf8_lossy(&drawn).contains("No engine runs") {
+        let mut bytes = [0; 4096];
+        let count = std::io::Read::read(&mut &pty, &mut bytes).expect("a drawing");
+        drawn.extend_from_slice(&bytes[..count]);
+    }
+    drop(pty);
+    top.finish();
+}

@@ -40,7 +40,7 @@ const OUTCOME_DURATION: Duration = Duration::from_secs(4);
 /// The number of lines that Page Up and Page Down scroll.
 const PAGE: isize = 10;
 
-/// Shows a fleet until `q`, Esc, Ctrl-C or `SIGTERM`.
+/// Shows a fleet until `q`, Esc, Ctrl-C or `SIGTERM`, or until its terminal is gone.
 ///
 /// # Errors
 /// Fails if there is no terminal, if shared memory can't be used, or if the fleet uses another
@@ -57,7 +57,7 @@ pub fn run(fleet: &FleetName) -> Result {
     let mut view = View::new(fleet);
     let mut terminal = TerminalGuard::enter()?;
     let mut next_drawing = Instant::now();
-    while !termination.requested() && !input.ended {
+    while !termination.requested() && !input.ended && !is_hung_up() {
         let changed = input.read(&mut view)?;
         reader.read(next_drawing.saturating_duration_since(Instant::now()))?;
         if changed || Instant::now() >= next_drawing {
@@ -67,6 +67,23 @@ pub fn run(fleet: &FleetName) -> Result {
         }
     }
     Ok(())
+}
+
+/// Whether the terminal is gone: its window was closed, or the connection to this host broke.
+/// crossterm would look for keys for ever then, as it reads on at the end of its input.
+#[cfg(unix)]
+fn is_hung_up() -> bool {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let stdin = io::stdin();
+    let mut polled = [PollFd::new(&stdin, PollFlags::IN)];
+    let is_known = poll(&mut polled, Some(&Timespec::default())).is_ok();
+    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+    is_known && polled[0].revents().intersects(gone)
+}
+
+#[cfg(not(unix))]
+fn is_hung_up() -> bool {
+    false
 }
 
 /// The reader of the fleet.

@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::StuckOrders;
 use crate::plan::Target;
 use crate::statistics::Interval;
-use crate::sweep::least::{Standing, interval, standing};
-use crate::sweep::{Curve, Point};
+use crate::sweep::least::{Standing, interval, of_figure, standing};
+use crate::sweep::{Curve, Point, Trend};
 
 /// The least number of robots that meets all targets.
 #[derive(Clone, Debug, Serialize)]
@@ -40,11 +40,8 @@ pub struct Binding {
     pub open_orders: Option<Interval>,
     /// Those of them that can't be carried.
     pub stuck_orders: StuckOrders,
-    /// The growth of the backlog in half of a run's time, in orders, if orders come faster than
-    /// robots carry them.
-    pub backlog_growth: Option<Interval>,
-    /// Whether robots have an order nearly all the time while more orders wait.
-    pub is_saturated: bool,
+    /// The development of the backlog.
+    pub backlog: Trend,
     /// The part of the robots' time with an order.
     pub utilisation: Option<Interval>,
     /// The part of the robots' time in which they waited for room.
@@ -68,6 +65,8 @@ pub struct TargetAnswer {
     pub margin: Option<f64>,
     /// The standing.
     pub standing: Standing,
+    /// The standing of the figure alone, whatever the backlog and the runs' ends are.
+    pub of_figure: Standing,
 }
 
 impl LeastAnswer {
@@ -121,8 +120,7 @@ impl Binding {
             stalled_runs: point.runs.iter().filter(|run| run.is_stalled()).count(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
             stuck_orders: StuckOrders::of(point),
-            backlog_growth: point.growth(),
-            is_saturated: point.is_saturated(),
+            backlog: point.trend(),
             utilisation: point.interval(|run| Some(run.utilisation)),
             waiting: point.interval(|run| Some(run.waiting)),
             place: None,
@@ -141,6 +139,7 @@ impl TargetAnswer {
             words: value.map_or_else(|| "no figure".to_owned(), |value| target.in_words(&value)),
             margin: value.map(|value| target.margin(value.mean)),
             standing: standing(target, point),
+            of_figure: of_figure(target, point),
         }
     }
 }

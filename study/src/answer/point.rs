@@ -11,7 +11,7 @@ use super::{TargetAnswer, sums};
 use crate::outcome::{Example, RunEnd, Stall};
 use crate::plan::Target;
 use crate::statistics::Interval;
-use crate::sweep::Point;
+use crate::sweep::{Point, Trend};
 
 /// The part of the time with an order from which on robots are busy.
 pub const BUSY: f64 = 0.8;
@@ -72,11 +72,8 @@ pub struct PointAnswer {
     pub open_orders: Option<Interval>,
     /// Those of them that can't be carried.
     pub stuck_orders: StuckOrders,
-    /// The growth of the backlog in half of a run's time, in orders, if orders come faster than
-    /// robots carry them.
-    pub backlog_growth: Option<Interval>,
-    /// Whether robots have an order nearly all the time while more orders wait.
-    pub is_saturated: bool,
+    /// The development of the backlog.
+    pub backlog: Trend,
     /// Storages that are full or empty at the end, with the orders that wait for them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub storages: Vec<StorageLack>,
@@ -212,8 +209,7 @@ impl PointAnswer {
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
             open_orders: point.interval(|run| Some(run.open_orders as f64)),
             stuck_orders: StuckOrders::of(point),
-            backlog_growth: point.growth(),
-            is_saturated: point.is_saturated(),
+            backlog: point.trend(),
             storages: storages(point, graph),
         }
     }

@@ -8,6 +8,7 @@ use super::verdict::prefix;
 use crate::answer::{Answer, BUSY, PointAnswer, StorageLack, VariantAnswer};
 use crate::outcome::{CHARGING, CONTACT};
 use crate::plan::robots_in_words;
+use crate::sweep::Trend;
 
 /// The largest number of stalls of a variant that are told; `study.json` has all.
 const MOST_STALLS: usize = 4;
@@ -100,19 +101,28 @@ fn backlog(variant: &VariantAnswer) -> Option<String> {
     let point = variant.points.last()?;
     let open = point.open_orders?.mean;
     let many = MANY_OPEN + MANY_OPEN_PER_ROBOT * f64::from(point.robots);
-    let is_told = open > many || point.backlog_growth.is_some() || point.is_saturated;
-    if variant.is_load_endless || !is_told {
+    let is_behind = matches!(point.backlog, Trend::Saturated | Trend::Growing(_));
+    if variant.is_load_endless || (open <= many && !is_behind) {
         return None;
     }
     let robots = robots_in_words(point.robots);
-    let stuck = point.stuck_orders.in_words();
-    let reason = match (stuck, point.stuck_orders.are_most_of(open)) {
-        (Some(stuck), true) => format!("of them, {stuck}"),
-        (Some(stuck), false) => {
-            format!("they came faster than the robots carried them, and of them, {stuck}")
+    let mut reasons = Vec::new();
+    match point.backlog {
+        _ if point.stuck_orders.are_most_of(open) => {}
+        Trend::Growing(_) => {
+            reasons.push("they came faster than the robots carried them".to_owned())
         }
-        (None, _) => "they came faster than the robots carried them".to_owned(),
-    };
+        Trend::Saturated => {
+            reasons.push("they came as fast as the robots carried them, or faster".to_owned());
+        }
+        Trend::Steady | Trend::Unclear => reasons.push(
+            "a longer --duration tells whether they came faster than the robots carried them, or \
+             just before the end"
+                .to_owned(),
+        ),
+    }
+    reasons.extend(point.stuck_orders.in_words().map(|stuck| format!("of them, {stuck}")));
+    let reason = reasons.join("; ");
     let open = match open.round() {
         1.0 => "1 order was".to_owned(),
         open => format!("{open:.0} orders were"),

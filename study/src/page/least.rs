@@ -6,6 +6,7 @@ use crate::answer::{
     Answer, Binding, CostFigure, LeastAnswer, PointAnswer, TargetAnswer, VariantAnswer,
 };
 use crate::plan::robots_in_words;
+use crate::sweep::Trend;
 use crate::sweep::least::Standing;
 use crate::words::{self, Kind, NOT_KNOWN};
 
@@ -89,17 +90,7 @@ fn missed(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Str
         ));
     }
     texts.extend(binding.targets.iter().filter_map(against));
-    if let Some(growth) = &binding.backlog_growth
-        && !binding.stuck_orders.are_most_of(open)
-    {
-        texts.push(format!(
-            "orders come faster than they are carried ({} more are open after half of a run's time)",
-            words::in_words(growth, Kind::Bounded, "", |orders| format!("{orders:.1}"))
-        ));
-    }
-    if binding.is_saturated && binding.backlog_growth.is_none() && !is_load_endless {
-        texts.push("orders come as fast as they are carried, or faster".to_owned());
-    }
+    texts.extend(backlog(binding, open).filter(|_| !is_load_endless));
     if tells_open_orders(binding, open) {
         let noun = if open.round() == 1.0 { "order is" } else { "orders are" };
         let stuck = binding.stuck_orders.in_words();
@@ -108,6 +99,23 @@ fn missed(binding: &Binding, is_load_endless: bool, are_more_worse: bool) -> Str
     }
     texts.extend(reason(binding, is_load_endless, are_more_worse));
     texts.join(", and ")
+}
+
+/// Tells that a backlog grows, or may grow, if that isn't due to orders that can't be carried.
+fn backlog(binding: &Binding, open: f64) -> Option<String> {
+    let are_stuck = binding.stuck_orders.are_most_of(open);
+    match &binding.backlog {
+        Trend::Growing(growth) if !are_stuck => Some(format!(
+            "orders come faster than they are carried ({} more are open after half of a run's time)",
+            words::in_words(growth, Kind::Bounded, "", |orders| format!("{orders:.1}"))
+        )),
+        Trend::Saturated => Some("orders come as fast as they are carried, or faster".to_owned()),
+        Trend::Unclear if !are_stuck => Some(
+            "whether the robots carry all orders that come isn't known: give a longer --duration"
+                .to_owned(),
+        ),
+        _ => None,
+    }
 }
 
 /// Whether open orders are a reason to miss the targets: no figure is one, as on a day that wasn't
@@ -119,8 +127,9 @@ fn tells_open_orders(binding: &Binding, open: f64) -> bool {
 
 /// Tells a figure that misses its target, or may miss it.
 fn against(answer: &TargetAnswer) -> Option<String> {
-    let TargetAnswer { target, name, words, standing, margin, .. } = answer;
+    let TargetAnswer { target, name, words, standing, of_figure, margin, .. } = answer;
     match standing {
+        _ if *of_figure == Standing::Met => None,
         Standing::Met => None,
         Standing::Open if words == NOT_KNOWN => {
             Some(format!("{name} isn't known, and '{target}' may be missed"))
@@ -233,6 +242,7 @@ mod tests {
             words: "400 s".to_owned(),
             margin: Some(-0.1),
             standing: Standing::Missed,
+            of_figure: Standing::Missed,
         };
         Binding {
             robots: 11,
@@ -241,8 +251,7 @@ mod tests {
             stalled_runs: 0,
             open_orders: interval(0.0),
             stuck_orders: StuckOrders::default(),
-            backlog_growth: None,
-            is_saturated: false,
+            backlog: Trend::Steady,
             utilisation: interval(0.97),
             waiting: interval(waiting),
             place: place.map(str::to_owned),
@@ -276,8 +285,8 @@ mod tests {
     #[test]
     fn a_backlog_that_grows_is_the_reason_though_the_figure_is_within_the_limit() {
         let mut binding = binding(0.02, None);
-        binding.targets[0].margin = Some(0.3);
-        binding.backlog_growth = Some(Interval { mean: 5.5, half_width: Some(0.4), values: 3 });
+        binding.targets[0].of_figure = Standing::Met;
+        binding.backlog = Trend::Growing(Interval { mean: 5.5, half_width: Some(0.4), values: 3 });
         binding.open_orders = Some(Interval { mean: 12.0, half_width: Some(1.0), values: 3 });
         assert_eq!(
             missed(&binding, false, false),

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::{Curve, Known, Point, Run, Step, missing, points};
+use super::{Curve, Known, Point, Run, Step, Trend, missing, points};
 use crate::outcome::{Measured, RunEnd, Service};
 use crate::plan::{Precision, Robots, Side, Statistic, Target, TargetFigure};
 use crate::statistics::Interval;
@@ -40,7 +40,7 @@ impl Least {
 pub enum Standing {
     /// It meets it, with 95 % confidence.
     Met,
-    /// The interval contains the limit.
+    /// The interval contains the limit, or the backlog may grow.
     Open,
     /// It misses it, with 95 % confidence; or a run had no end or no progress, or orders come as fast
     /// as they are carried, or faster.
@@ -80,15 +80,25 @@ pub fn interval(target: &Target, point: &Point) -> Option<Interval> {
     }
 }
 
-/// Returns the standing of a point against a target.
+/// Returns the standing of a point against a target. As long as the backlog grows, orders take the
+/// longer the longer a run is.
 pub fn standing(target: &Target, point: &Point) -> Standing {
     if point.is_stalled() || is_overdue(point) {
         return Standing::Missed;
     }
-    // The longer the run, the longer orders take.
-    if target.is_of_orders() && falls_behind(point) {
-        return Standing::Missed;
+    let of_figure = of_figure(target, point);
+    if !target.is_of_orders() {
+        return of_figure;
     }
+    of_figure.max(match point.trend() {
+        Trend::Steady => Standing::Met,
+        Trend::Unclear => Standing::Open,
+        Trend::Saturated | Trend::Growing(_) => Standing::Missed,
+    })
+}
+
+/// Returns the standing of the figure alone.
+pub fn of_figure(target: &Target, point: &Point) -> Standing {
     let Some(interval) = interval(target, point) else { return Standing::Missed };
     let Some(half_width) = interval.half_width else { return Standing::Open };
     let [low, high] = [-half_width, half_width].map(|half| target.margin(interval.mean + half));
@@ -104,11 +114,6 @@ pub fn standing(target: &Target, point: &Point) -> Standing {
         (_, true) => Standing::Missed,
         _ => Standing::Open,
     }
-}
-
-/// Whether orders come as fast as they are carried, or faster.
-fn falls_behind(point: &Point) -> bool {
-    point.growth().is_some() || point.is_saturated()
 }
 
 /// Whether a day wasn't over at its limit in a run.
@@ -210,7 +215,8 @@ fn score(targets: &[Target], point: &Point) -> [f64; 3] {
         interval.map_or(f64::NEG_INFINITY, |interval| target.margin(interval.mean))
     });
     let worst = margins.fold(f64::INFINITY, f64::min);
-    let is_behind = targets.iter().any(Target::is_of_orders) && falls_behind(point);
+    let is_behind = targets.iter().any(Target::is_of_orders)
+        && matches!(point.trend(), Trend::Saturated | Trend::Growing(_));
     let is_whole = !point.is_stalled() && !is_overdue(point) && !is_behind;
     let worst = if is_whole { worst } else { f64::NEG_INFINITY };
     let throughput = match worst.is_finite() {

@@ -159,7 +159,7 @@ fn all_enums() -> Map<String, Value> {
         OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled,
             Unroutable, Reopened, Queued }
         Activity { Idle, Fetching, Carrying, Handling, Waiting, Queued, Charging, Held, Broken, Faulted, Stalled,
-            Driving, Turning }
+            Moving, Rotating }
         StopAction { None, Pick, Drop, Charge, Park }
         Obstacle { NoWay, ClosedEdges, NoRobot, Battery, NoPlace }
         ContactLevel { Possible, Touching }

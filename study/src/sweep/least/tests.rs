@@ -69,11 +69,24 @@ fn robots_whose_backlog_grows_meet_no_target_of_orders() {
     };
     let (curve, _) = search(TARGET, "1..5", plant(5.5));
     assert_eq!(found(&curve), Some(3));
-    assert_eq!(curve.points[1].growth().map(|growth| growth.values), Some(3));
+    assert!(matches!(curve.points[1].trend(), Trend::Growing(_)));
     let (curve, _) = search(TARGET, "1..5", plant(0.5));
     assert_eq!(found(&curve), Some(1), "some orders more are chance");
     let (curve, _) = search(&["30 orders/h"], "1..5", plant(5.5));
     assert_eq!(found(&curve), Some(1), "a throughput is what it is");
+}
+
+/// Few seeds say little: a backlog that may grow by a tenth of what comes gets more of them.
+#[test]
+fn a_backlog_that_may_grow_gets_more_seeds() {
+    let plant = |robots: u32, seed: u64| {
+        let backlog_growth = if robots < 3 { [1.0, 6.0, 11.0][seed as usize % 3] } else { 0.0 };
+        Ok(Measured { end: RunEnd::AtTime, backlog_growth, ..day(300.0 + seed as f64) })
+    };
+    let (curve, known) = search(TARGET, "1..5", plant);
+    assert_eq!(found(&curve), Some(3));
+    assert!(known.contains_key(&(1, 5)) && !known.contains_key(&(3, 4)));
+    assert!(matches!(curve.points[0].trend(), Trend::Growing(_)));
 }
 
 #[test]

@@ -84,11 +84,10 @@ pub fn after(time: FileTime, other: FileTime) -> FileTime {
 }
 
 /// Returns the deadline of an order as a time after it: a time of day beside a date is of that day,
-/// or of the next one if it would be before the order; see also [`after`].
+/// or of the next one as [`on_day_of`] says; see also [`after`].
 pub fn due_after(deadline: FileTime, order: FileTime) -> FileTime {
     match on_same_day(deadline, order) {
-        Some(secs) if secs < order.secs() => FileTime::Local(secs + DAY_SECS),
-        Some(secs) => FileTime::Local(secs),
+        Some(_) => on_day_of(deadline, order),
         None => after(deadline, order),
     }
 }
