@@ -463,13 +463,24 @@ fn a_fleet_starts_while_others_look_at_it() {
                     }
                 });
             }
+            // Also if the engine doesn't answer: the test then fails, and doesn't wait for ever.
+            let over = Over(&is_over);
             let engine = engine_that_answers(directory.path(), "looked-at");
-            is_over.store(true, Ordering::Relaxed);
+            drop(over);
             let output = engine.interrupt();
             assert!(output.status.success(), "{}", messages(&output.stderr));
         });
     }
     remove_segments(directory.path());
+}
+
+/// Sets a flag when it is dropped.
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 /// Starts an engine with this directory of iceoryx2's files, and waits until it answers.

@@ -24,7 +24,7 @@ const NEAR: f32 = 32.0;
 /// The size of the letters of names, in points.
 const NAME: f32 = 11.0;
 /// The part of the scale at which a name has room on one side from which on it is tried.
-const EARLIER: f32 = 0.5;
+const EARLIER: f32 = 0.25;
 /// The size of the digits of ids, in points.
 const ID: f32 = 9.5;
 /// The largest number of labels in a picture.
