@@ -15,7 +15,10 @@ use iceoryx2::service::builder::request_response::{
 /// What an error of iceoryx2 says about a service that was to be opened or created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Obstacle {
-    /// Another process creates or removes it at this moment, or was killed while it did so.
+    /// Its file is there, and what belongs to it isn't: another process creates or removes it at this
+    /// moment, or was killed while it did so.
+    Hanging,
+    /// Another process creates or removes it at this moment.
     InFlux,
     /// The largest number of processes has it open.
     Full,
@@ -36,13 +39,11 @@ macro_rules! obstructed {
         impl Obstructed for $error {
             fn obstacle(&self) -> Obstacle {
                 match self {
+                    $error::$opening($open::HangsInCreation | $open::IsMarkedForDestruction) => {
+                        Obstacle::Hanging
+                    }
                     // A signal, such as that of a child's end, wakes iceoryx2 while it waits.
-                    $error::$opening(
-                        $open::HangsInCreation
-                        | $open::IsMarkedForDestruction
-                        | $open::DoesNotExist
-                        | $open::Interrupt,
-                    )
+                    $error::$opening($open::DoesNotExist | $open::Interrupt)
                     | $error::$creating(
                         $create::AlreadyExists
                         | $create::IsBeingCreatedByAnotherInstance
@@ -78,7 +79,7 @@ mod tests {
         use PublishSubscribeCreateError::AlreadyExists;
         use RequestResponseOpenError::{HangsInCreation, IncompatibleAttributes};
         let hangs = RequestResponse::RequestResponseOpenError(HangsInCreation);
-        assert_eq!(hangs.obstacle(), Obstacle::InFlux);
+        assert_eq!(hangs.obstacle(), Obstacle::Hanging);
         let exists = PublishSubscribe::PublishSubscribeCreateError(AlreadyExists);
         assert_eq!(exists.obstacle(), Obstacle::InFlux);
         assert_eq!(Event::SystemInFlux.obstacle(), Obstacle::InFlux);

@@ -210,15 +210,20 @@ impl Wait {
         let obstacle = error.obstacle();
         let waited = self.start.elapsed();
         let (is_over, next) = match obstacle {
-            Obstacle::InFlux => (waited > PATIENCE, Next::Failed(self.in_flux())),
+            Obstacle::Hanging | Obstacle::InFlux => {
+                (waited > PATIENCE, Next::Failed(self.in_flux()))
+            }
             Obstacle::Full => (self.attempts >= ATTEMPTS, Next::Full),
             Obstacle::Other => (self.attempts >= ATTEMPTS, Next::Failed(self.failed(error))),
         };
-        if is_over || (obstacle == Obstacle::InFlux && Termination::was_requested()) {
+        let is_passing = matches!(obstacle, Obstacle::Hanging | Obstacle::InFlux);
+        if is_over || (is_passing && Termination::was_requested()) {
             return next;
         }
-        if obstacle == Obstacle::InFlux {
+        if obstacle == Obstacle::Hanging {
             health::remove_abandoned(&self.service);
+        }
+        if is_passing {
             self.tell(waited);
         }
         // The creator of the service may have been killed: its remains would be in the way for ever.
