@@ -325,7 +325,7 @@ mod tests {
         assert_eq!(json["robot_secs"]["fetching"], 10.0);
         let text = effort.table();
         assert!(
-            text.contains("50.0 % with an order") && text.contains("0.1 km, 33.3 % of it empty"),
+            text.contains("50.0 % with an order") && text.contains(" 60 m, 33.3 % of it empty"),
             "{text}"
         );
         assert_eq!(Effort::default().utilisation(), 0.0);

@@ -2,7 +2,7 @@
 //! of them. A click goes to that time, in a recording or in the kept part of a live run.
 
 use egui::text::{LayoutJob, TextFormat};
-use egui::{Color32, FontId, Label, Rangef, Ui, Vec2, pos2, vec2};
+use egui::{Color32, FontId, Label, Rangef, Role, Ui, Vec2, WidgetInfo, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::activity::Activity;
 use regatta_plugin::history::FleetSample as Sample;
@@ -209,6 +209,7 @@ fn plot(
         axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
     });
     let mut response = plotted.response;
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, figure.title));
     if !detail.has_values(figure.lines.len()) {
         response = response.on_hover_ui_at_pointer(|ui| {
             values(context, ui, figure, samples, times, Detail::High);
@@ -342,7 +343,7 @@ mod tests {
 
     #[test]
     fn the_texts_of_all_marks_are_opaque() {
-        assert!(OPAQUE_TIMES.max < TIME_POINTS && OPAQUE_NUMBERS.max < NUMBER_POINTS);
+        const { assert!(OPAQUE_TIMES.max < TIME_POINTS && OPAQUE_NUMBERS.max < NUMBER_POINTS) };
     }
 
     #[test]

@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(rows(SortBy::X, false, ""), [1, 2, 0]);
         assert_eq!(rows(SortBy::Theta, true, ""), [2, 0, 1]);
         assert_eq!(rows(SortBy::Speed, true, ""), [0, 2, 1]);
-        assert_eq!(rows(SortBy::Activity, false, ""), [1, 2, 0], "moving, held, idle");
+        assert_eq!(rows(SortBy::Activity, false, ""), [2, 0, 1], "held, idle, moving");
         assert_eq!(rows(SortBy::Edge, false, ""), [1, 0, 2]);
         assert_eq!(rows(SortBy::Id, false, "hel"), [2]);
         assert_eq!(rows(SortBy::Id, false, "1"), [1]);
