@@ -23,7 +23,7 @@ fn a_fleet_is_shown_and_controlled_by_keys() {
         "real time",
         "frame age",
         "robots",
-        "driving",
+        "moving",
         "engine",
         "q quit",
     ] {

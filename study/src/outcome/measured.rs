@@ -399,7 +399,8 @@ mod tests {
         let measured = Outcome { figures, ..outcome() }.measured();
         assert_eq!(measured.late, Some(600.0 / 800.0), "young ones have some time left");
         let service = measured.service.expect("orders");
-        assert_eq!((service.p50_secs, service.p90_secs), (99.0, 900.0));
+        // Four in nine are known to take less than 100 s.
+        assert_eq!((service.p50_secs, service.p90_secs), (900.0, 900.0));
         assert_eq!((measured.unroutable_orders, measured.backlog_growth), (800, 0.0));
     }
 

@@ -19,7 +19,7 @@ use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
 /// The display order of the states, the most important first.
 const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4, 6, 7];
 
-/// The number of robots of an activity, or of a state while no manager publishes activities.
+/// The number of robots of an activity: by their states while no manager publishes activities.
 #[derive(Clone, Copy)]
 pub struct Group {
     name: &'static str,
@@ -51,8 +51,12 @@ fn of_activity(work: &Work, activity: Activity) -> Group {
 }
 
 fn of_state(state_counts: &StateCounts, state: usize) -> Group {
-    let (name, colour) = (STATE_NAMES[state], state_colour(state));
-    Group { name, colour, robots: state_counts.by_state[state] }
+    let activity = Activity::of_state(RobotState::from_number(state as u8));
+    Group {
+        name: activity.map_or(STATE_NAMES[state], Activity::name),
+        colour: activity.map_or(theme::QUIET, theme::of_activity),
+        robots: state_counts.by_state[state],
+    }
 }
 
 /// Draws a bar for each group, or for those with robots if there is no room for all.
@@ -77,12 +81,6 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, mut groups: Vec<Group>, ro
         ]));
     }
     frame.render_widget(Paragraph::new(lines), area);
-}
-
-/// Returns the colour of a state, by its number: that of its activity.
-fn state_colour(state: usize) -> Color {
-    let activity = Activity::of_state(RobotState::from_number(state as u8));
-    activity.map_or(theme::QUIET, theme::of_activity)
 }
 
 /// Formats a bar of that share of `width` columns. Shares above 0 are always visible.

@@ -376,8 +376,8 @@ fn the_page_begins_with_a_sentence_that_tells_an_open_end_plainly() {
         Block::Answer(text) => Some(text),
         _ => None,
     });
-    let start =
-        "At least 2 robots: the largest number tried, and the one that carries the most, 40.0 ";
+    let start = "The plant holds at least 2 robots, the largest number tried and the one that \
+                 carries the most: 40.0 ";
     let first = first.expect("an answer");
     assert!(first.starts_with(start), "{first}");
 }
