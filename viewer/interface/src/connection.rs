@@ -1,6 +1,6 @@
 //! The connection panel: the engine, and the programs that receive and send robots by UDP.
 
-use egui::{RichText, TextEdit, Ui};
+use egui::{RichText, Role, TextEdit, Ui, WidgetInfo};
 
 use super::context::PanelContext;
 use super::settings::UdpSettings;
@@ -99,7 +99,10 @@ fn address(ui: &mut Ui, label: &str, address: &mut String, enabled: bool) {
                 .hint_text(hint)
                 .desired_width(width)
                 .id_salt((label, hint));
-            ui.add_enabled(enabled, edit).changed()
+            let response = ui.add_enabled(enabled, edit);
+            let name = format!("{label}: {hint}");
+            response.widget_info(|| WidgetInfo::labeled(Role::TextInput, enabled, &name));
+            response.changed()
         };
         let changed = field(&mut host, "host", 96.0) | field(&mut port, "port", 48.0);
         if changed {

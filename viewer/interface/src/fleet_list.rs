@@ -240,7 +240,8 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
         let right = area.left() + (area.width() - 10.0) * end;
         let rect = Rect::from_min_max(pos2(left, area.top()), pos2(right, area.bottom()));
         left = right;
-        let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
+        let sense = if sort.is_some() { Sense::click() } else { Sense::hover() };
+        let response = ui.interact(rect, ui.scope_id().with(name), sense);
         let is_chosen = sort.is_some_and(|sort| query.sort == sort);
         let is_bright = is_chosen || sort.is_some() && response.hovered();
         let colour = if is_bright { colours.text } else { colours.faint };

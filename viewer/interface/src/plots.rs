@@ -209,7 +209,8 @@ fn plot(
         axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
     });
     let mut response = plotted.response;
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, figure.title));
+    let name = format!("plot of {}", figure.title);
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
     if !detail.has_values(figure.lines.len()) {
         response = response.on_hover_ui_at_pointer(|ui| {
             values(context, ui, figure, samples, times, Detail::High);

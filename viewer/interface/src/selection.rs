@@ -1,6 +1,6 @@
 //! The selection panel: everything about the selected robot, edge or node.
 
-use egui::{RichText, Ui};
+use egui::{RichText, Sense, Ui};
 use egui_plot::{Line, Plot};
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
@@ -103,6 +103,7 @@ impl SelectionPanel {
             .include_x(0.0)
             .include_y(low)
             .include_y(high)
+            .sense(Sense::hover())
             .allow_drag(false)
             .allow_zoom(false)
             .allow_scroll(false)
