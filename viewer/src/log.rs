@@ -143,7 +143,7 @@ impl LogCollector {
             *has_missed = found.is_new_run;
         }
         if frame.header().is_warm_up() {
-            // What happens there isn't of the run.
+            // Events of the warm-up aren't of the run.
             *health = Health::new(clock.sim_nanos);
             records.take(*run_id, &clock, standing, &mut Vec::new())?;
             return Ok(found);

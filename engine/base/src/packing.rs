@@ -1,4 +1,4 @@
-//! How many places of a plane can be taken at once, if some are too near to each other.
+//! The number of places of a plane that can be taken at once, if some are too near to each other.
 
 use std::collections::BTreeMap;
 

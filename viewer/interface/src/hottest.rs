@@ -1,4 +1,5 @@
-//! The labels of the hottest places of a heat map: their names and values, each beside its place or, where others are in the way, at the end of a line to it.
+//! The labels of the hottest places of a heat map: their names and values, each beside its place
+//! or, where others are in the way, at the end of a line to it.
 
 use core::f32::consts::TAU;
 

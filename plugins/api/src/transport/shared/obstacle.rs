@@ -12,7 +12,7 @@ use iceoryx2::service::builder::request_response::{
     RequestResponseOpenOrCreateError as RequestResponse,
 };
 
-/// What an error of iceoryx2 says about a service that was to be opened or created.
+/// The reason in an error of iceoryx2 for which a service isn't opened or created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Obstacle {
     /// Its file is there, and what belongs to it isn't: another process creates or removes it at this

@@ -192,7 +192,7 @@ struct Wait {
     is_told: bool,
 }
 
-/// What follows a failed attempt.
+/// The step after a failed attempt.
 enum Next {
     Again,
     Full,

@@ -10,7 +10,7 @@ use super::table::line_of;
 /// The columns whose cells may be numbers.
 const TIMES: [Meaning; 3] = [Meaning::Time, Meaning::Earliest, Meaning::Deadline];
 
-/// How a table writes its numbers.
+/// The ways in which a table writes its numbers.
 #[derive(Debug, Default)]
 pub(super) struct Points {
     has_comma: bool,
@@ -101,7 +101,7 @@ impl Points {
         Err(yaml::Error { line: cell.line, reason })
     }
 
-    /// What is to be told about numbers with points.
+    /// The sentences that tell how numbers with points are read.
     pub fn notes(&self) -> Vec<String> {
         if !self.has_comma {
             return Vec::new();

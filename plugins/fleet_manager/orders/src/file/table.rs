@@ -47,7 +47,7 @@ pub struct Table {
     pub unread_sheets: Vec<String>,
     /// The number of rows that a workbook hides, by a filter or by hand: they are read as all others.
     pub hidden_rows: usize,
-    /// How numbers with points were read, if other numbers have decimal commas: sentences.
+    /// Sentences that tell how numbers with points were read, if others have decimal commas.
     pub notes: Vec<String>,
 }
 
